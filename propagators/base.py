@@ -1,0 +1,124 @@
+"""What a propagator is: a name, declared options, and an answer to a scene."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+import numpy as np
+
+from flatland.errors import bad_input
+from flatland.field import Field
+from flatland.harmonics import AngularBasis
+from flatland.scene import Scene
+from flatland.simulation import Simulation
+from flatland.stencil import Stencil
+
+
+@dataclass(frozen=True)
+class Option:
+    """One declared option of a propagator: enough for a command line or an editor to offer it.
+
+    type: bool, int, float or str. choices: accepted values, or () for any. minimum, maximum:
+    inclusive bounds of a number, or None.
+    """
+
+    name: str
+    type: type
+    default: Any
+    meaning: str
+    choices: tuple[Any, ...] = ()
+    minimum: float | None = None
+    maximum: float | None = None
+
+    def check(self, value: Any) -> Any:
+        """The value in this option's type; text is read, so that "0.5" and "true" work.
+
+        Raises InputError.
+        """
+        parsed = self._parse(value)
+        if self.choices and parsed not in self.choices:
+            raise bad_input(self.name, value, "is not one of the choices", self.choices)
+        if self.type in (int, float):
+            if not np.isfinite(parsed):
+                raise bad_input(self.name, value, "must be finite")
+            if self.minimum is not None and parsed < self.minimum:
+                raise bad_input(self.name, value, f"must be at least {self.minimum:g}")
+            if self.maximum is not None and parsed > self.maximum:
+                raise bad_input(self.name, value, f"must be at most {self.maximum:g}")
+        return parsed
+
+    def _parse(self, value: Any) -> Any:
+        if self.type is bool:
+            words = {"true": True, "yes": True, "1": True, "false": False, "no": False, "0": False}
+            if str(value).lower() in words:
+                return words[str(value).lower()]
+            raise bad_input(self.name, value, "must be a truth value", ("true", "false"))
+        if self.type is str:
+            return str(value)
+        try:
+            number = self.type(value)
+        except (TypeError, ValueError, OverflowError):
+            number = None
+        if number is None or isinstance(value, bool) or number != float(value):
+            kind = "a whole number" if self.type is int else "a number"
+            raise bad_input(self.name, value, f"must be {kind}")
+        return number
+
+
+class Propagator(ABC):
+    """A scheme. Everyone may call `solve`; only stencil schemes can also be stepped.
+
+    Subclasses declare `name`, `dimensions` and `options` as class attributes.
+    """
+
+    name: ClassVar[str]
+    #: One line for lists and menus.
+    summary: ClassVar[str]
+    dimensions: ClassVar[tuple[int, ...]] = (2,)
+    options: ClassVar[tuple[Option, ...]] = ()
+
+    def __init__(self, **values: Any) -> None:
+        declared = {option.name: option for option in self.options}
+        for name in values:
+            if name not in declared:
+                raise bad_input(f"{self.name} option", name, "is unknown", declared or ["none"])
+        self.values = {
+            name: option.check(values.get(name, option.default)) for name, option in declared.items()
+        }
+
+    def __repr__(self) -> str:
+        changed = {
+            option.name: self.values[option.name]
+            for option in self.options
+            if self.values[option.name] != option.default
+        }
+        inner = ", ".join(f"{name}={value!r}" for name, value in changed.items())
+        return f"{self.name}({inner})"
+
+    @abstractmethod
+    def solve(self, scene: Scene, bands: int, tolerance: float = 1e-8) -> Field:
+        """The stationary field of a scene: intensity that leaves each cell (numerics §1)."""
+
+    def require_dimension(self, dimension: int) -> None:
+        if dimension not in self.dimensions:
+            rule = f"{self.name} cannot do this number of dimensions"
+            raise bad_input("dimension", dimension, rule, self.dimensions)
+
+
+class StencilPropagator(Propagator):
+    """A scheme whose step is linear, local and the same in every cell."""
+
+    def stencil(self, basis: AngularBasis) -> Stencil:
+        """The scheme as data, for one angular basis."""
+        self.require_dimension(basis.dimension)
+        return self._build(basis)
+
+    @abstractmethod
+    def _build(self, basis: AngularBasis) -> Stencil: ...
+
+    def solve(self, scene: Scene, bands: int, tolerance: float = 1e-8) -> Field:
+        simulation = Simulation(scene, self, bands=bands)
+        simulation.solve(tolerance)
+        return simulation.accumulated
