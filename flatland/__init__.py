@@ -1,0 +1,33 @@
+"""The engine: grid, angular bases, scenes, lights, stencils and the simulation that steps them."""
+
+from flatland.errors import (
+    ConvergenceError,
+    FlatlandError,
+    InputError,
+    InstabilityError,
+    SchemeWarning,
+)
+from flatland.field import Field
+from flatland.grid import Grid
+from flatland.harmonics import CircularHarmonics, SphericalHarmonics
+from flatland.ledger import Ledger
+from flatland.scene import Scene, load_scene
+from flatland.simulation import Simulation
+from flatland.stencil import Stencil
+
+__all__ = [
+    "CircularHarmonics",
+    "ConvergenceError",
+    "Field",
+    "FlatlandError",
+    "Grid",
+    "InputError",
+    "InstabilityError",
+    "Ledger",
+    "Scene",
+    "SchemeWarning",
+    "Simulation",
+    "SphericalHarmonics",
+    "Stencil",
+    "load_scene",
+]

@@ -80,5 +80,7 @@ class Field:
 
     def _contract(self, matrix: NDArray[np.float64]) -> NDArray[np.float64]:
         """matrix (K, size) applied to the coefficient axis."""
-        result = np.tensordot(matrix, self.values, axes=(1, self.values.ndim + self._coefficient_axis))
+        result = np.tensordot(
+            matrix, self.values, axes=(1, self.values.ndim + self._coefficient_axis)
+        )
         return np.moveaxis(result, 0, self._coefficient_axis)

@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
+import itertools
+import warnings
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
 import numpy as np
 
-from flatland.errors import bad_input
+from flatland.errors import SchemeWarning, bad_input
 from flatland.field import Field
 from flatland.harmonics import AngularBasis
 from flatland.scene import Scene
 from flatland.simulation import Simulation
-from flatland.stencil import Stencil
+from flatland.stencil import RADIUS_TOLERANCE, Stencil
 
 
 @dataclass(frozen=True)
@@ -85,7 +87,8 @@ class Propagator(ABC):
             if name not in declared:
                 raise bad_input(f"{self.name} option", name, "is unknown", declared or ["none"])
         self.values = {
-            name: option.check(values.get(name, option.default)) for name, option in declared.items()
+            name: option.check(values.get(name, option.default))
+            for name, option in declared.items()
         }
 
     def __repr__(self) -> str:
@@ -117,6 +120,41 @@ class StencilPropagator(Propagator):
 
     @abstractmethod
     def _build(self, basis: AngularBasis) -> Stencil: ...
+
+    def warn_if_unstable(self, stencil: Stencil) -> None:
+        """One SchemeWarning if light grows without bound, with the radius and what does not."""
+        radius = stencil.spectral_radius()
+        if radius <= 1 + RADIUS_TOLERANCE:
+            return
+        name = self.stable_alternative(stencil.basis)
+        advice = f"stable: {name}" if name else "no choice of options makes it stable"
+        message = (
+            f"{self} with {stencil.basis.bands} bands is unstable: its spectral radius is "
+            f"{radius:.4f}, so light grows without bound; {advice}"
+        )
+        warnings.warn(message, SchemeWarning, stacklevel=4)
+
+    def stable_alternative(self, basis: AngularBasis) -> str | None:
+        """The same scheme with as few options changed as make its radius at most 1."""
+        trials = self._variations()
+        for trial in sorted(trials, key=self._changes):
+            if trial.stencil(basis).spectral_radius() <= 1 + RADIUS_TOLERANCE:
+                return repr(trial)
+        return None
+
+    def _variations(self) -> list[StencilPropagator]:
+        """Every combination of declared choices, and a propagation factor of at most 1."""
+        open_options = [option for option in self.options if option.choices]
+        factor = min(1.0, self.values.get("propagation_factor", 1.0))
+        fixed = {**self.values}
+        if "propagation_factor" in fixed:
+            fixed["propagation_factor"] = factor
+        names = [option.name for option in open_options]
+        combinations = itertools.product(*(option.choices for option in open_options))
+        return [type(self)(**{**fixed, **dict(zip(names, values))}) for values in combinations]
+
+    def _changes(self, other: StencilPropagator) -> int:
+        return sum(other.values[name] != value for name, value in self.values.items())
 
     def solve(self, scene: Scene, bands: int, tolerance: float = 1e-8) -> Field:
         simulation = Simulation(scene, self, bands=bands)

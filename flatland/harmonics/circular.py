@@ -67,7 +67,9 @@ class CircularHarmonics(AngularBasis):
         """
         double = CircularHarmonics(2 * self.bands - 1)
         integral = double.arc_integral(start, stop)
-        cosine = np.concatenate([[integral[0] * np.sqrt(2 * np.pi)], integral[1::2] * np.sqrt(np.pi)])
+        cosine = np.concatenate(
+            [[integral[0] * np.sqrt(2 * np.pi)], integral[1::2] * np.sqrt(np.pi)]
+        )
         sine = np.concatenate([[0.0], integral[2::2] * np.sqrt(np.pi)])
         m = self.degrees
         is_sine = (np.arange(self.size) % 2 == 0) & (m > 0)

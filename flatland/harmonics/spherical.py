@@ -74,6 +74,8 @@ def zonal_clamped_cosine(bands: int) -> Array:
     half = degree // 2
     size = np.exp(gammaln(degree + 1) - degree * np.log(2) - 2 * gammaln(half + 1))
     # (l-1) is -1 at l = 0 and turns the sign there, so one expression serves all even l.
-    integral = np.where(half % 2 == 1, 1.0, -1.0) * size / ((degree - 1 + (degree == 1)) * (degree + 2))
+    integral = (
+        np.where(half % 2 == 1, 1.0, -1.0) * size / ((degree - 1 + (degree == 1)) * (degree + 2))
+    )
     integral = np.where(degree % 2 == 1, np.where(degree == 1, 1 / 3, 0.0), integral)
     return np.sqrt(np.pi * (2 * degree + 1)) * integral

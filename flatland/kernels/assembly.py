@@ -1,0 +1,301 @@
+"""The sweep of one stencil, written out as LLVM assembly.
+
+A stencil is known before the loop runs: which coefficients couple, by how much, and how far apart
+they lie in memory. Written out, every number is an immediate operand, zero entries cost nothing
+and all outputs of a cell are built in registers from one read of its neighbours. Measured at
+512² cells in float32, this takes 0.3 to 0.6 of the time of the same loop written with arrays in
+Numba, and compiles in 15 to 60 ms instead of seconds.
+
+Symbols inside the text: S source, T target, X accumulated or right-hand side.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flatland.kernels.layout import Layout
+from flatland.stencil import Stencil
+
+#: Outputs held in registers at once; 16 of the 32 vector registers measured best.
+REGISTER_TILE = 16
+
+
+@dataclass(frozen=True)
+class Recipe:
+    """What a sweep does with A S, the light that arrives.
+
+    kind="step": T = A S, X += T, and sums of components over the row.
+    kind="combine": T = f₀·S + f₁·X + f₂·(A S), X read only, f₀, f₁, f₂ given in `sums`.
+    blocked: τ(x, d) multiplies what leaves x along d.
+    """
+
+    kind: str = "step"
+    blocked: bool = False
+    #: Components whose sum over cells is returned (the sum of all squares comes last).
+    sums: tuple[int, ...] = (0,)
+
+
+def significant(transfer: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Transfer matrices with rounding noise (under 8 ulp of the largest entry) set to zero."""
+    limit = 8 * np.finfo(float).eps * np.abs(transfer).max(initial=0.0)
+    return np.where(np.abs(transfer) > limit, transfer, 0.0)
+
+
+class SweepText:
+    """Writes one function `sweep(S, T, X, tau, first_row, last_row, sums)`."""
+
+    def __init__(self, stencil: Stencil, layout: Layout, recipe: Recipe) -> None:
+        self.layout, self.recipe = layout, recipe
+        self.transfer = significant(stencil.transfer)
+        self.faces = stencil.clamp
+        if stencil.clamp:
+            assert stencil.reception is not None
+            assert stencil.emission is not None
+            self.reception = significant(stencil.reception)
+            self.emission = significant(stencil.emission)
+        # Gathering: what arrives at x along d was at x - d.
+        self.shifts = [-layout.shift(offset) for offset in stencil.offsets]
+        self.scalar = "float" if layout.dtype == np.float32 else "double"
+        self.vector = f"<{layout.lanes} x {self.scalar}>"
+        self.suffix = f"v{layout.lanes}f{8 * layout.dtype.itemsize}"
+        self.lines: list[str] = []
+        self.count = 0
+
+    def text(self) -> str:
+        self._prologue()
+        full = self.layout.width // self.layout.lanes * self.layout.lanes
+        sums = self._loop(full) if full else self._zeros()
+        if full < self.layout.width:
+            sums = self._block("%row_base", full, sums)
+        self._epilogue(sums)
+        return "\n".join(self.lines) + "\n"
+
+    # -- control flow ---------------------------------------------------------------------------
+
+    def _prologue(self) -> None:
+        layout, v = self.layout, self.vector
+        inner = layout.shape[-2]
+        outer = layout.strides[-3] if len(layout.shape) == 3 else 0
+        for name, arity in (("fma", 3), ("maxnum", 2)):
+            arguments = ", ".join([v] * arity)
+            self._put(f"declare {v} @llvm.{name}.{self.suffix}({arguments})")
+        reduce = f"declare {self.scalar} @llvm.vector.reduce.fadd.{self.suffix}({self.scalar}, {v})"
+        self._put(reduce)
+        self._put(
+            "define void @sweep(ptr noalias readonly %S, ptr noalias %T, ptr noalias %X, "
+            "ptr noalias readonly %tau, i64 %first_row, i64 %last_row, ptr noalias %sums) {"
+        )
+        self._put("entry:")
+        if self.recipe.kind == "combine":
+            self._factors()
+        self._put("  %any = icmp slt i64 %first_row, %last_row")
+        self._put("  br i1 %any, label %row, label %end")
+        self._put("row:\n  %r = phi i64 [%first_row, %entry], [%next_row, %row_end]")
+        self._put(f"  %r_outer = udiv i64 %r, {inner}\n  %r_inner = urem i64 %r, {inner}")
+        self._put(
+            f"  %a = mul i64 %r_outer, {outer}\n  %b = mul i64 %r_inner, {layout.strides[-2]}"
+        )
+        self._put(f"  %ab = add i64 %a, %b\n  %row_base = add i64 %ab, {layout.front}")
+
+    def _factors(self) -> None:
+        """Three numbers, each spread over a vector."""
+        lane = f"<{self.layout.lanes} x i32> zeroinitializer"
+        for i in range(3):
+            at, wide, number, one = (self._name() for _ in range(4))
+            self._put(f"  {at} = getelementptr double, ptr %sums, i64 {i}")
+            self._put(f"  {wide} = load double, ptr {at}")
+            if self.scalar == "float":
+                self._put(f"  {number} = fptrunc double {wide} to float")
+            else:
+                number = wide
+            self._put(f"  {one} = insertelement {self.vector} poison, {self.scalar} {number}, i64 0")
+            self._put(
+                f"  %factor_{i} = shufflevector {self.vector} {one}, {self.vector} poison, {lane}"
+            )
+
+    def _zeros(self) -> list[str]:
+        return ["zeroinitializer"] * (len(self.recipe.sums) + 1)
+
+    def _loop(self, full: int) -> list[str]:
+        """The loop over full vectors of a row; returns the names of its sums."""
+        self._put("  br label %column\ncolumn:")
+        self._put("  %j = phi i64 [0, %row], [%next_j, %column]")
+        starts = [f"%sum_in_{i}" for i in range(len(self.recipe.sums) + 1)]
+        place = len(self.lines)
+        base = self._name()
+        self._put(f"  {base} = add i64 %row_base, %j")
+        results = self._block(base, 0, starts, masked=False)
+        # The phi nodes need the names of what the loop's body ends with.
+        phis = [
+            f"  {start} = phi {self.vector} [zeroinitializer, %row], [{result}, %column]"
+            for start, result in zip(starts, results)
+        ]
+        self.lines[place:place] = phis
+        self._put(f"  %next_j = add i64 %j, {self.layout.lanes}")
+        self._put(f"  %more = icmp slt i64 %next_j, {full}")
+        self._put("  br i1 %more, label %column, label %tail\ntail:")
+        return results
+
+    def _epilogue(self, sums: list[str]) -> None:
+        zero = "0.0"
+        for position, name in enumerate(sums if self.recipe.kind == "step" else []):
+            total, wide, place, old, new = (self._name() for _ in range(5))
+            self._put(
+                f"  {total} = call reassoc {self.scalar} @llvm.vector.reduce.fadd.{self.suffix}"
+                f"({self.scalar} {zero}, {self.vector} {name})"
+            )
+            if self.scalar == "float":
+                self._put(f"  {wide} = fpext float {total} to double")
+            else:
+                wide = total
+            self._put(f"  {place} = getelementptr double, ptr %sums, i64 {position}")
+            self._put(f"  {old} = load double, ptr {place}")
+            self._put(f"  {new} = fadd double {old}, {wide}\n  store double {new}, ptr {place}")
+        self._put("  br label %row_end\nrow_end:\n  %next_row = add i64 %r, 1")
+        self._put("  %more_rows = icmp slt i64 %next_row, %last_row")
+        self._put("  br i1 %more_rows, label %row, label %end\nend:\n  ret void\n}")
+
+    # -- one vector of cells --------------------------------------------------------------------
+
+    def _block(self, base: str, column: int, sums: list[str], masked: bool = True) -> list[str]:
+        """All outputs of one vector of cells that starts at `base` + `column`."""
+        for first in range(0, self.layout.components, REGISTER_TILE):
+            outputs = range(first, min(first + REGISTER_TILE, self.layout.components))
+            arrived = self._clamped(base, column, outputs) if self.faces else {}
+            if not self.faces:
+                arrived = self._linear(base, column, outputs)
+            for output in outputs:
+                value = arrived.get(output, "zeroinitializer")
+                if masked:
+                    value = self._masked(value)
+                place = column + output * self.layout.component_stride
+                if self.recipe.kind == "step":
+                    sums = self._store_step(base, place, output, value, sums)
+                else:
+                    self._store_combination(base, place, value)
+        return sums
+
+    def _linear(self, base: str, column: int, outputs: range) -> dict[int, str]:
+        arrived: dict[int, str] = {}
+        for d, k, used in self._couplings(outputs):
+            light = self._incoming(base, column, d, k)
+            for output in used:
+                weight = self._constant(self.transfer[d, output, k])
+                arrived[output] = self._fused(light, weight, arrived.get(output))
+        return arrived
+
+    def _couplings(self, outputs: range) -> Iterator[tuple[int, int, list[int]]]:
+        for d in range(len(self.shifts)):
+            for k in range(self.layout.components):
+                used = [output for output in outputs if self.transfer[d, output, k] != 0.0]
+                if used:
+                    yield d, k, used
+
+    def _clamped(self, base: str, column: int, outputs: range) -> dict[int, str]:
+        """Face fluxes first, negative ones dropped, then the lobes."""
+        arrived: dict[int, str] = {}
+        for d in range(len(self.shifts)):
+            light = [self._incoming(base, column, d, k) for k in range(self.layout.components)]
+            for face in range(self.reception.shape[1]):
+                flux: str | None = None
+                for k in np.flatnonzero(self.reception[d, face]):
+                    weight = self._constant(self.reception[d, face, k])
+                    flux = self._fused(light[k], weight, flux)
+                if flux is None:
+                    continue
+                kept = self._call("maxnum", flux, "zeroinitializer")
+                for output in outputs:
+                    if self.emission[d, output, face] != 0.0:
+                        weight = self._constant(self.emission[d, output, face])
+                        arrived[output] = self._fused(kept, weight, arrived.get(output))
+        return arrived
+
+    def _incoming(self, base: str, column: int, d: int, k: int) -> str:
+        at = column + self.shifts[d]
+        light = self._load("%S", base, at + k * self.layout.component_stride)
+        if not self.recipe.blocked:
+            return light
+        passing = self._load("%tau", base, at + d * self.layout.component_stride)
+        return self._binary("fmul", light, passing)
+
+    def _store_step(
+        self, base: str, place: int, output: int, value: str, sums: list[str]
+    ) -> list[str]:
+        self._store("%T", base, place, value)
+        old = self._load("%X", base, place)
+        self._store("%X", base, place, self._binary("fadd", old, value))
+        sums = list(sums)
+        if output in self.recipe.sums:
+            position = self.recipe.sums.index(output)
+            sums[position] = self._binary("fadd", sums[position], value)
+        sums[-1] = self._call("fma", value, value, sums[-1])
+        return sums
+
+    def _store_combination(self, base: str, place: int, value: str) -> None:
+        result = self._binary("fmul", value, "%factor_2")
+        for pointer, factor in (("%S", "%factor_0"), ("%X", "%factor_1")):
+            result = self._call("fma", self._load(pointer, base, place), factor, result)
+        self._store("%T", base, place, result)
+
+    # -- single instructions --------------------------------------------------------------------
+
+    def _put(self, line: str) -> None:
+        self.lines.append(line)
+
+    def _name(self) -> str:
+        self.count += 1
+        return f"%v{self.count}"
+
+    def _address(self, pointer: str, base: str, place: int) -> str:
+        at, address = self._name(), self._name()
+        self._put(f"  {at} = add i64 {base}, {place}")
+        self._put(f"  {address} = getelementptr {self.scalar}, ptr {pointer}, i64 {at}")
+        return address
+
+    def _load(self, pointer: str, base: str, place: int) -> str:
+        address, name = self._address(pointer, base, place), self._name()
+        align = self.layout.dtype.itemsize
+        self._put(f"  {name} = load {self.vector}, ptr {address}, align {align}")
+        return name
+
+    def _store(self, pointer: str, base: str, place: int, value: str) -> None:
+        address = self._address(pointer, base, place)
+        align = self.layout.dtype.itemsize
+        self._put(f"  store {self.vector} {value}, ptr {address}, align {align}")
+
+    def _binary(self, operation: str, first: str, second: str) -> str:
+        name = self._name()
+        self._put(f"  {name} = {operation} {self.vector} {first}, {second}")
+        return name
+
+    def _call(self, function: str, *arguments: str) -> str:
+        name = self._name()
+        listed = ", ".join(f"{self.vector} {argument}" for argument in arguments)
+        self._put(f"  {name} = call {self.vector} @llvm.{function}.{self.suffix}({listed})")
+        return name
+
+    def _fused(self, light: str, weight: str, total: str | None) -> str:
+        if total is None:
+            return self._binary("fmul", light, weight)
+        return self._call("fma", light, weight, total)
+
+    def _masked(self, value: str) -> str:
+        """The value in cells of the grid, zero in the border behind the row's end."""
+        kept = self.layout.width % self.layout.lanes
+        mask = ", ".join(f"i1 {int(lane < kept)}" for lane in range(self.layout.lanes))
+        name = self._name()
+        self._put(
+            f"  {name} = select <{self.layout.lanes} x i1> <{mask}>, {self.vector} {value}, "
+            f"{self.vector} zeroinitializer"
+        )
+        return name
+
+    def _constant(self, number: float) -> str:
+        """A vector of one number, in the hexadecimal form that LLVM reads back bit for bit."""
+        rounded = float(self.layout.dtype.type(number))
+        bits = f"0x{np.float64(rounded).view(np.uint64):016X}"
+        return "<" + ", ".join([f"{self.scalar} {bits}"] * self.layout.lanes) + ">"

@@ -1,0 +1,53 @@
+"""The books of clamped steps, whose fluxes the transfer matrices do not give."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flatland.kernels.reports import Buffer, StepSums
+
+if TYPE_CHECKING:
+    from flatland.kernels.sweep import Sweep
+
+
+def clamped_steps(
+    sweep: Sweep, source: Buffer, target: Buffer, total: Buffer, count: int
+) -> StepSums:
+    """Steps one by one, with the flux that was sent and that left counted after clamping."""
+    reports = []
+    for _ in range(count):
+        sent, left = _sent_and_left(sweep, source)
+        report = sweep.plain_steps(source, target, total, 1)
+        reports.append(replace(report, sent=np.array([sent]), left=np.array([left])))
+        source, target = target, source
+    return StepSums(
+        np.concatenate([report.components for report in reports]),
+        np.concatenate([report.squares for report in reports]),
+        np.concatenate([report.left for report in reports]),
+        np.concatenate([report.sent for report in reports if report.sent is not None]),
+    )
+
+
+def _sent_and_left(sweep: Sweep, source: Buffer) -> tuple[float, float]:
+    """In units of coefficient 0: flux that cells send, and the part that goes over the border."""
+    stencil, shape = sweep.stencil, sweep.layout.shape
+    assert stencil.reception is not None
+    assert stencil.emission is not None
+    light = sweep.layout.view(source)
+    sent = left = 0.0
+    for d, offset in enumerate(stencil.offsets):
+        fluxes = np.maximum(np.tensordot(stencil.reception[d], light, 1), 0.0)
+        flux = np.tensordot(stencil.emission[d, 0], fluxes, 1)
+        sent += float(flux.sum())
+        passing = flux if sweep.open_share is None else flux * sweep.open_share[d]
+        left += float(passing.sum() - passing[_staying(shape, offset)].sum())
+    return sent, left
+
+
+def _staying(shape: tuple[int, ...], offset: NDArray[np.int64]) -> tuple[slice, ...]:
+    """Cells whose neighbour at `offset` is in the grid."""
+    return tuple(slice(max(0, -o), n - max(0, o)) for n, o in zip(shape, offset))

@@ -1,0 +1,95 @@
+"""Where a coefficient lies in memory."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+#: Bytes of one vector; rows start on such a boundary.
+VECTOR_BYTES = 64
+#: Rows are a multiple of this many numbers apart, in float32 as in float64, so that a buffer of
+#: one precision is copied into the other number by number.
+_GRAIN = 16
+
+
+@dataclass(frozen=True)
+class Layout:
+    """Fields with a border of zeros, so that a sweep needs no test at the grid's edge.
+
+    One component is a picture of the grid, rows along the last axis. Every row is followed by at
+    least one zero (which is also what lies left of the next row), every plane by a row of zeros
+    and every component by a plane of them; in front of all lies as much again. The border stays
+    zero: light that would be written there has left the grid.
+
+    shape: cells per axis. components: number of coefficients. dtype: float32 or float64.
+    """
+
+    shape: tuple[int, ...]
+    components: int
+    dtype: np.dtype
+
+    @property
+    def lanes(self) -> int:
+        """Numbers in one vector."""
+        return VECTOR_BYTES // self.dtype.itemsize
+
+    @property
+    def width(self) -> int:
+        """Cells in a row."""
+        return self.shape[-1]
+
+    @property
+    def rows(self) -> int:
+        return math.prod(self.shape[:-1])
+
+    @cached_property
+    def strides(self) -> tuple[int, ...]:
+        """Distance, in numbers, of neighbours along each axis."""
+        pitch = -(-(self.width + 1) // _GRAIN) * _GRAIN
+        strides = [1, pitch]
+        for cells in reversed(self.shape[1:-1]):
+            strides.append(strides[-1] * (cells + 1))
+        return tuple(reversed(strides))
+
+    @cached_property
+    def component_stride(self) -> int:
+        return self.strides[0] * (self.shape[0] + 1)
+
+    @property
+    def front(self) -> int:
+        """Numbers before the first cell: one step back along every axis stays inside."""
+        return sum(self.strides[:-1]) + _GRAIN
+
+    @property
+    def size(self) -> int:
+        """Numbers in one field, border included."""
+        return 2 * self.front + self.components * self.component_stride
+
+    def shift(self, offset: NDArray[np.int64] | tuple[int, ...]) -> int:
+        """Distance in memory from a cell to its neighbour at `offset`."""
+        return int(np.dot(np.asarray(offset), self.strides))
+
+    def index(self, cells: NDArray[np.int64]) -> NDArray[np.int64]:
+        """Position in a buffer of the first component of cells (M, dimension)."""
+        return self.front + cells @ np.asarray(self.strides)
+
+    def allocate(self) -> NDArray[np.floating]:
+        """A buffer (size,) of zeros, aligned to the vector size."""
+        raw = np.zeros(self.size + self.lanes, self.dtype)
+        start = (-(raw.ctypes.data // self.dtype.itemsize)) % self.lanes
+        return raw[start : start + self.size]
+
+    def body(self, buffer: NDArray[np.floating]) -> NDArray[np.floating]:
+        """All components one after another, (components, component_stride), borders included."""
+        stop = self.front + self.components * self.component_stride
+        return buffer[self.front : stop].reshape(self.components, self.component_stride)
+
+    def view(self, buffer: NDArray[np.floating]) -> NDArray[np.floating]:
+        """The cells of a buffer, (components, nx, ny[, nz]), without the border; not a copy."""
+        pitches = [a // b for a, b in zip(self.strides[:-1], self.strides[1:])]
+        padded = self.body(buffer).reshape(self.components, self.shape[0] + 1, *pitches)
+        return padded[(slice(None), *map(slice, self.shape))]

@@ -1,0 +1,25 @@
+"""What a sweep tells about the steps it did."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Buffer = NDArray[np.floating]
+
+
+@dataclass(frozen=True)
+class StepSums:
+    """What steps report, per step: arrays (steps, …), all in float64.
+
+    components: sum over cells of each component asked for. squares: sum of all squares of all
+    coefficients. left: flux (in units of coefficient 0) that left the grid.
+    """
+
+    components: NDArray[np.float64]
+    squares: NDArray[np.float64]
+    left: NDArray[np.float64]
+    #: Flux that all cells sent, where it is not Σ flux_gain · components (clamped steps only).
+    sent: NDArray[np.float64] | None = None

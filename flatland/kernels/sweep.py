@@ -1,0 +1,174 @@
+"""Sweeps that the engine calls: many steps, or one operator application."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flatland.kernels.assembly import Recipe, SweepText, significant
+from flatland.kernels.clamping import clamped_steps
+from flatland.kernels.compiler import compile_text
+from flatland.kernels.layout import Layout
+from flatland.kernels.matrix_sweep import MatrixSweep
+from flatland.kernels.reports import Buffer, StepSums
+from flatland.kernels.stepping import stepping_text
+from flatland.kernels.threads import addresses, rows_of, run_shared, thread_count, yield_address
+from flatland.stencil import Stencil
+
+#: Couplings above which the written-out sweep takes too long to compile (about 1 s), and blocked
+#: matrix products take over.
+LARGEST_TEXT = 6000
+#: Multiply-adds that one thread does while the other would be woken up.
+_WORTH_SHARING_BATCH = 300_000
+_WORTH_SHARING_CALL = 3_000_000
+
+
+class Sweep:
+    """One stencil on one layout: T = A S with everything that belongs to a step in the same pass.
+
+    transmittance: (K, *shape), τ(x, d) of light that leaves x along offset d; None: nothing blocks.
+    sums: components whose sum over cells every step reports.
+    """
+
+    def __init__(
+        self,
+        stencil: Stencil,
+        layout: Layout,
+        transmittance: NDArray[np.floating] | None = None,
+        sums: tuple[int, ...] = (0,),
+    ) -> None:
+        self.stencil, self.layout = stencil, layout
+        self.recipe = Recipe(blocked=transmittance is not None, sums=sums)
+        self.couplings = int(np.count_nonzero(significant(stencil.transfer)))
+        self.open_share = transmittance
+        self.transmittance = self._padded(transmittance)
+        self.border_cells, self.border_weights = _border(stencil, layout, transmittance)
+        #: What a solver keeps between right-hand sides.
+        self.hierarchy: object | None = None
+        self._matrix = self.couplings > LARGEST_TEXT
+        if self._matrix:
+            self._matrices = MatrixSweep(stencil, layout, self.transmittance)
+            return
+        text = SweepText(stencil, layout, self.recipe).text() + stepping_text(layout, self._width)
+        self._code = compile_text(text)
+        self._steps = self._code.function("steps")
+
+    @property
+    def _width(self) -> int:
+        return len(self.recipe.sums) + 2
+
+    def steps(self, source: Buffer, target: Buffer, total: Buffer, count: int) -> StepSums:
+        """`count` steps from `source`, in turn into `target` and back, each added to `total`.
+
+        After an even number of steps the newest light is in `source`.
+        """
+        if self.stencil.clamp:
+            return clamped_steps(self, source, target, total, count)
+        return self.plain_steps(source, target, total, count)
+
+    def plain_steps(self, source: Buffer, target: Buffer, total: Buffer, count: int) -> StepSums:
+        """Steps whose `left` is that of the stencil's transfer matrices."""
+        if self._matrix:
+            return self._matrix_steps(source, target, total, count)
+        parties = self._parties(_WORTH_SHARING_CALL if count == 1 else _WORTH_SHARING_BATCH)
+        sums = np.zeros((parties, count, self._width))
+        counter = np.zeros(1, np.int64)
+        fields = addresses([source, target, total, self.transmittance])
+        border = addresses([self.border_cells, self.border_weights])
+
+        def part(party: int, running: int) -> None:
+            rows = rows_of(party, running, self.layout.rows)
+            cells = rows_of(party, running, len(self.border_cells))
+            self._steps(
+                *fields, *rows, sums[party].ctypes.data, count, *border, *cells,
+                counter.ctypes.data, running, yield_address(),
+            )  # fmt: skip
+
+        run_shared(part, parties)
+        whole = sums.sum(axis=0)
+        return StepSums(whole[:, :-2], whole[:, -2], whole[:, -1])
+
+    def linear(self) -> Sweep:
+        """The same sweep without clamping."""
+        stencil = replace(self.stencil, clamp=False)
+        tau = self.open_share
+        return Sweep(stencil, self.layout, tau, self.recipe.sums)
+
+    def combine(
+        self, own: float, other: float, arrived: float, source: Buffer, rest: Buffer, target: Buffer
+    ) -> None:
+        """target = own·source + other·rest + arrived·(A source), for solvers."""
+        if self._matrix:
+            self._matrices.apply(source, target)
+            target *= arrived
+            target += own * source + other * rest
+            return
+        factors = np.array((own, other, arrived))
+        fields = addresses([source, target, rest, self.transmittance, factors])
+
+        def part(party: int, running: int) -> None:
+            self._combine(*fields[:4], *rows_of(party, running, self.layout.rows), fields[4])
+
+        run_shared(part, self._parties(_WORTH_SHARING_CALL))
+
+    @cached_property
+    def _combine(self) -> Callable[..., None]:
+        text = SweepText(self.stencil, self.layout, replace(self.recipe, kind="combine")).text()
+        self._combine_code = compile_text(text)
+        return self._combine_code.function("sweep")
+
+    def _matrix_steps(self, source: Buffer, target: Buffer, total: Buffer, count: int) -> StepSums:
+        rows = np.zeros((count, self._width))
+        for row in rows:
+            row[-1] = self.outflow(source)
+            self._matrices.apply(source, target)
+            total += target
+            body = self.layout.body(target)
+            row[: len(self.recipe.sums)] = body[list(self.recipe.sums)].sum(axis=1, dtype=float)
+            row[-2] = np.square(body).sum(dtype=float)
+            source, target = target, source
+        return StepSums(rows[:, :-2], rows[:, -2], rows[:, -1])
+
+    def outflow(self, source: Buffer) -> float:
+        """Flux (in units of coefficient 0) that one step from `source` loses over the border."""
+        offsets = np.arange(self.layout.components) * self.layout.component_stride
+        light = source[self.border_cells[:, None] + offsets]
+        return float(np.sum(light * self.border_weights, dtype=float))
+
+    def _parties(self, worth: int) -> int:
+        work = self.couplings * self.layout.rows * self.layout.width
+        return min(thread_count(), self.layout.rows) if work > worth else 1
+
+    def _padded(self, transmittance: NDArray[np.floating] | None) -> Buffer | None:
+        """τ in the layout of the fields, its border 1 (only zeros come from there)."""
+        if transmittance is None:
+            return None
+        layout = replace(self.layout, components=len(self.stencil.offsets))
+        buffer = layout.allocate()
+        layout.view(buffer)[...] = transmittance
+        return buffer
+
+
+def _border(
+    stencil: Stencil, layout: Layout, transmittance: NDArray[np.floating] | None
+) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+    """Cells from which light leaves the grid, as positions, and how much of each coefficient.
+
+    Weights (M, components): Σ over offsets d that lead outside of τ(x, d) T_d[0, :].
+    """
+    shape = np.asarray(layout.shape)
+    edge = np.zeros(layout.shape, bool)
+    for axis, cells in enumerate(layout.shape):
+        np.moveaxis(edge, axis, 0)[[0, cells - 1]] = True
+    cells_ = np.argwhere(edge)
+    weights = np.zeros((len(cells_), layout.components))
+    for d, offset in enumerate(stencil.offsets):
+        goal = cells_ + offset
+        outside = np.any((goal < 0) | (goal >= shape), axis=1)
+        passing = 1.0 if transmittance is None else transmittance[(d, *cells_[outside].T)][:, None]
+        weights[outside] += passing * stencil.transfer[d, 0]
+    return layout.index(cells_), weights

@@ -1,0 +1,73 @@
+"""Occluders: outlines and albedo."""
+
+import numpy as np
+import pytest
+from pydantic import ValidationError
+
+from flatland.occluders import OCCLUDERS, PolygonOccluder, SegmentOccluder
+
+TRIANGLE = ((0.0, 0.0), (4.0, 0.0), (0.0, 3.0))
+
+
+def test_segment_is_its_own_outline():
+    (wall,) = SegmentOccluder(start=(1.0, 2.0), end=(-3.0, 50.0)).segments()
+    np.testing.assert_array_equal([wall.start, wall.stop], [[1, 2], [-3, 50]])
+
+
+def test_polygon_closes_itself():
+    walls = PolygonOccluder(vertices=TRIANGLE).segments()
+    assert sum(np.linalg.norm(wall.stop - wall.start) for wall in walls) == pytest.approx(12.0)
+    np.testing.assert_array_equal(walls[-1].stop, walls[0].start)
+
+
+@pytest.mark.parametrize(
+    ("albedo", "colours", "expected"),
+    [
+        (0.5, 0, [0.5]),
+        (0.5, 3, [0.5, 0.5, 0.5]),
+        ((0.1, 0.2), 2, [0.1, 0.2]),
+        ((0.1, 0.2), 0, [0.1, 0.2]),
+    ],
+)
+def test_albedo_has_one_entry_per_colour(albedo, colours, expected):
+    for wall in PolygonOccluder(vertices=TRIANGLE, albedo=albedo).segments(colours):
+        np.testing.assert_array_equal(wall.albedo, expected)
+
+
+@pytest.mark.parametrize("albedo", [-0.1, 1.1, float("nan"), "0.5", True, (), (0.5, 2.0)])
+def test_albedo_outside_0_to_1_is_refused(albedo):
+    with pytest.raises(ValidationError, match="albedo"):
+        SegmentOccluder(start=(0.0, 0.0), end=(1.0, 0.0), albedo=albedo)
+
+
+@pytest.mark.parametrize(
+    "vertices",
+    [
+        TRIANGLE[:2],
+        (*TRIANGLE, TRIANGLE[0]),
+        (TRIANGLE[0], *TRIANGLE),
+        ((0, 0), (1, float("inf")), (2, 0)),
+        ((0, 0, 0), (1, 0, 0), (0, 1, 0)),
+        "triangle",
+        5,
+    ],
+)
+def test_bad_vertices_are_refused(vertices):
+    with pytest.raises(ValidationError, match="vertices"):
+        PolygonOccluder(vertices=vertices)
+
+
+@pytest.mark.parametrize("end", [(1.0, 2.0), (1.0, 2.0 + 1e-15)])
+def test_segment_without_length_is_refused(end):
+    with pytest.raises(ValidationError, match="length"):
+        SegmentOccluder(start=(1.0, 2.0), end=end)
+
+
+@pytest.mark.parametrize("kind", OCCLUDERS)
+def test_every_key_has_a_meaning(kind):
+    assert all(field.description for field in OCCLUDERS[kind].model_fields.values())
+
+
+@pytest.mark.parametrize("kind", OCCLUDERS)
+def test_registry_name_is_the_kind(kind):
+    assert OCCLUDERS[kind].model_fields["kind"].default == kind

@@ -1,0 +1,230 @@
+"""Scenes: by name, from text, from Python, and back to text."""
+
+import pickle
+import re
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from flatland.grid import Grid
+from flatland.injectors import AreaLight
+from flatland.occluders import SegmentOccluder
+from flatland.scene import (
+    Scene,
+    builtin_names,
+    builtin_text,
+    load_scene,
+    parse_scene,
+    scene_template,
+    scene_to_toml,
+)
+from flatland.sources import PointSource, SegmentSource
+
+SMALLEST = """
+title = "One area light"
+
+[grid]
+shape = [17, 17]        # cells along x, y[, z]
+spacing = 1.0
+
+[[light]]
+kind = "area"
+start = [6.0, 1]
+end = [11.0, 1.0]
+flux = [5.0, 1, 0.5]
+
+[[occluder]]
+kind = "segment"
+start = [3.0, 8.0]
+end = [9.0, 80.0]
+albedo = 0.25
+"""
+
+
+def test_tables_become_grid_lights_and_occluders():
+    scene = parse_scene(SMALLEST)
+    assert scene.title == "One area light"
+    assert scene.grid == Grid((17, 17))
+    assert scene.lights == (AreaLight(start=(6.0, 1.0), end=(11.0, 1.0), flux=(5.0, 1.0, 0.5)),)
+    assert scene.occluders == (SegmentOccluder(start=(3.0, 8.0), end=(9.0, 80.0), albedo=0.25),)
+
+
+@pytest.mark.parametrize(
+    ("flux", "albedo", "colours"),
+    [(1, 0.5, 0), ([1], 0.5, 1), (1, [0.1, 0.2], 2), ([1, 2], [0, 1], 2)],
+)
+def test_number_of_colours_is_that_of_the_lists(flux, albedo, colours):
+    scene = Scene.from_dict(
+        {
+            "grid": {"shape": [4, 4]},
+            "light": [{"kind": "cell", "cell": [1, 1], "flux": flux}],
+            "occluder": [{"kind": "segment", "start": [0, 0], "end": [1, 0], "albedo": albedo}],
+        }
+    )
+    assert scene.colours == colours
+    assert scene.sources()[0].spectrum.shape == (max(1, colours),)
+    assert scene.segments()[0].albedo.shape == (max(1, colours),)
+
+
+def test_sources_and_segments_are_those_of_the_tables():
+    scene = load_scene("corridor")
+    (light,), walls = scene.sources(), scene.segments()
+    assert isinstance(light, SegmentSource)
+    np.testing.assert_array_equal([light.start, light.stop], [[2, 7], [2, 2]])
+    assert len(walls) == 6
+
+
+@pytest.mark.parametrize("name", builtin_names())
+def test_every_builtin_scene_loads_and_says_where_it_comes_from(name):
+    assert load_scene(name).title
+    assert builtin_text(name).startswith("# ")
+
+
+@pytest.mark.parametrize("name", builtin_names())
+def test_every_builtin_scene_survives_toml(name):
+    scene = load_scene(name)
+    assert parse_scene(scene_to_toml(scene)) == scene
+
+
+@pytest.mark.parametrize("name", builtin_names())
+def test_every_builtin_scene_is_black_and_grey(name):
+    scene = load_scene(name)
+    assert scene.colours == 0
+    assert not any(wall.albedo.any() for wall in scene.segments())
+
+
+def test_template_loads():
+    assert parse_scene(scene_template()).lights
+
+
+def test_every_example_in_the_template_loads(tmp_path):
+    np.save(tmp_path / "light.npy", np.zeros((3, 32, 32)))
+    np.savez(tmp_path / "light.npz", coefficients=np.zeros((3, 32, 32)))
+    text = re.sub(r"^# (?=\[\[|\w+ = )", "", scene_template(), flags=re.MULTILINE)
+    scene = parse_scene(text, directory=tmp_path)
+    assert {light.kind for light in scene.lights} == {"area", "cell", "wall", "file"}
+    assert {occluder.kind for occluder in scene.occluders} == {"segment", "polygon"}
+
+
+def test_file_is_found_by_path_and_names_its_data_from_its_own_folder(tmp_path):
+    np.save(tmp_path / "light.npy", np.ones((1, 2, 2)))
+    path = tmp_path / "scene.toml"
+    path.write_text('[grid]\nshape = [2, 2]\n[[light]]\nkind = "file"\nfile = "light.npy"\n')
+    assert load_scene(path) == load_scene(str(path))
+    assert len(load_scene(path).sources()) == 4
+
+
+def test_byte_order_mark_and_windows_line_ends_are_fine():
+    text = SMALLEST.replace("\n", "\r\n")
+    assert parse_scene(b"\xef\xbb\xbf" + text.encode()) == parse_scene(SMALLEST)
+
+
+def test_python_values_may_stand_for_lists_and_tables():
+    scene = Scene.from_dict(
+        {
+            "grid": Grid(np.array([17, 17])),
+            "light": [AreaLight(start=(6.0, 1.0), end=(11.0, 1.0), flux=5.0)],
+            "occluder": [
+                {"kind": "segment", "start": np.array([3, 8]), "end": np.array([9.0, 8.0])}
+            ],
+        }
+    )
+    assert parse_scene(scene_to_toml(scene)) == scene
+
+
+def test_scene_survives_pickling_and_hashing():
+    scene = load_scene("shelf")
+    assert pickle.loads(pickle.dumps(scene)) == scene
+    assert hash(parse_scene(scene_to_toml(scene))) == hash(scene)
+
+
+def test_3d_grid_takes_the_kinds_that_know_3d():
+    scene = parse_scene(
+        '[grid]\nshape = [4, 4, 4]\norigin = [1, 2, 3]\n[[light]]\nkind = "cell"\n'
+        "cell = [1, 2, 3]\nflux = 1\n"
+    )
+    (source,) = scene.sources()
+    assert isinstance(source, PointSource)
+    np.testing.assert_array_equal(source.position, [2.5, 4.5, 6.5])
+
+
+def test_clutter_scales_with_its_size():
+    small, large = (load_scene(f"clutter:size={size},occluders=9,seed=3") for size in (32, 128))
+    for one, other in zip(small.segments(), large.segments()):
+        np.testing.assert_allclose(4 * one.start, other.start, atol=1e-5)
+        np.testing.assert_allclose(4 * one.stop, other.stop, atol=1e-5)
+
+
+def test_clutter_depends_on_its_seed_alone():
+    assert builtin_text("clutter:seed=3") == builtin_text("clutter:seed=3")
+    assert builtin_text("clutter:seed=3") != builtin_text("clutter:seed=4")
+
+
+def test_clutter_keeps_its_distance_from_the_lights():
+    scene = load_scene("clutter:size=64,occluders=400")
+    t = np.linspace(0, 1, 101)[:, None]
+    lights, walls = (
+        np.concatenate([(1 - t) * s.start + t * s.stop for s in segments])
+        for segments in (scene.sources(), scene.segments())
+    )
+    distances = np.linalg.norm(lights[:, None] - walls, axis=-1)
+    assert distances.min() > 64 / 32 - 1e-5
+
+
+number = st.floats(-1e6, 1e6) | st.integers(-100, 100)
+share = st.floats(0, 1)
+inside = st.floats(1, 7) | st.integers(1, 7)
+amount = st.floats(0, 1e9) | st.integers(0, 9)
+
+
+def per_colour(value, colours):
+    lists = st.lists(value, min_size=colours, max_size=colours)
+    return value if colours == 0 else value | lists
+
+
+def far_apart(table):
+    return np.hypot(*np.subtract(table["end"], table["start"])) > 1e-3
+
+
+@st.composite
+def scenes(draw):
+    """Tables of random valid scenes on a grid of 8 x 8 cells around an origin."""
+    colours = draw(st.integers(0, 3))
+    flux = per_colour(amount, colours)
+    point, anywhere = st.tuples(inside, inside), st.tuples(number, number)
+    optional = {"direction": st.tuples(number, number).filter(any)}
+    kinds = st.one_of(
+        st.fixed_dictionaries(
+            {"kind": st.just("area"), "start": point, "end": point, "flux": flux}
+        ).filter(far_apart),
+        st.fixed_dictionaries(
+            {"kind": st.just("area"), "start": point, "end": point, "radiance": flux}
+        ).filter(far_apart),
+        st.fixed_dictionaries(
+            {"kind": st.just("cell"), "cell": st.tuples(*[st.integers(0, 7)] * 2), "flux": flux},
+            optional=optional,
+        ),
+        st.fixed_dictionaries(
+            {"kind": st.just("wall"), "side": st.sampled_from(["left", "top"]), "flux": flux},
+            optional={"first": st.integers(0, 3), "last": st.integers(3, 7), **optional},
+        ),
+    )
+    occluder = st.fixed_dictionaries(
+        {"kind": st.just("segment"), "start": anywhere, "end": anywhere},
+        optional={"albedo": per_colour(share, colours)},
+    ).filter(far_apart)
+    return {
+        "title": draw(st.text(st.characters(codec="utf-8"))),
+        "grid": {"shape": [8, 8], "origin": [draw(st.floats(-1e-3, 1e-3)), 0]},
+        "light": draw(st.lists(kinds, max_size=3)),
+        "occluder": draw(st.lists(occluder, max_size=3)),
+    }
+
+
+@settings(deadline=None, derandomize=True, max_examples=80)
+@given(scenes())
+def test_any_scene_survives_toml(tables):
+    scene = Scene.from_dict(tables)
+    assert parse_scene(scene_to_toml(scene)) == scene

@@ -1,0 +1,261 @@
+"""Mistakes in scenes: each is named, with its place, and all are named at once."""
+
+import contextlib
+import pickle
+import re
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from flatland.errors import InputError
+from flatland.scene import Scene, SceneError, builtin_text, load_scene, parse_scene
+
+HEAD = "[grid]\nshape = [17, 17]\n"
+AREA = '[[light]]\nkind = "area"\nstart = [2, 2]\nend = [4, 2]\nflux = 1\n'
+CELL = '[[light]]\nkind = "cell"\ncell = [1, 1]\nflux = 1\n'
+WALL = '[[light]]\nkind = "wall"\nside = "left"\nflux = 1\n'
+SEGMENT = '[[occluder]]\nkind = "segment"\nstart = [2, 2]\nend = [4, 2]\n'
+
+
+def mistakes(text, **keywords):
+    """The message for a scene that must not load."""
+    with pytest.raises(SceneError) as caught:
+        parse_scene(text, **keywords)
+    return str(caught.value)
+
+
+#: Text, and what the message must say.
+MISTAKES = {
+    "not a number": (HEAD + AREA.replace("[2, 2]", '["2", 2]'), "light 1, start = ['2', 2]"),
+    "truth value as number": (HEAD + AREA.replace("= 1", "= true"), "light 1, flux = True"),
+    "NaN": (HEAD + AREA.replace("= 1", "= nan"), "light 1, flux = nan: must be"),
+    "infinity": (HEAD + SEGMENT.replace("[4, 2]", "[inf, 2]"), "occluder 1, end = [inf, 2]"),
+    "far too large": (HEAD + AREA.replace("= 1", "= 1e200"), "at most 1e+100"),
+    "negative flux": (HEAD + AREA.replace("= 1", "= -1"), "flux = -1: must be at least 0"),
+    "no colours": (HEAD + AREA.replace("= 1", "= []"), "flux = []"),
+    "too many coordinates": (HEAD + AREA.replace("[2, 2]", "[2, 2, 2]"), "2 numbers, [x, y]"),
+    "zero length": (HEAD + AREA.replace("[4, 2]", "[2, 2]"), "a light needs a length"),
+    "neither flux nor radiance": (HEAD + AREA.replace("flux = 1", ""), "either flux or radiance"),
+    "flux and radiance": (HEAD + AREA + "radiance = 1", "either flux or radiance"),
+    "outside": (HEAD + AREA.replace("[4, 2]", "[4, 17.1]"), "end = [4.0, 17.1]: must lie in the"),
+    "light leaves": (HEAD + AREA.replace("2]", "17]"), "half a cell in front"),
+    "cell outside": (HEAD + CELL.replace("[1, 1]", "[1, 17]"), "0 to 16, 0 to 16"),
+    "negative cell": (HEAD + CELL.replace("[1, 1]", "[1, -1]"), "cell = [1, -1]"),
+    "fraction of a cell": (HEAD + CELL.replace("[1, 1]", "[1, 1.0]"), "whole number"),
+    "zero direction": (HEAD + CELL + "direction = [0, 0.0]", "direction = [0, 0.0]: must not be"),
+    "unknown side": (HEAD + WALL.replace("left", "up"), "accepted: 'left', 'right'"),
+    "side of 3D": (HEAD + WALL.replace("left", "back"), "accepted: left, right, bottom, top"),
+    "last before first": (HEAD + WALL + "first = 3\nlast = 2", "last = 2: must be at least"),
+    "two directions": (HEAD + WALL + "isotropic = true\ndirection = [1, 0]", "isotropic"),
+    "truth value as text": (HEAD + WALL + 'isotropic = "yes"', "must be true or false"),
+    "unknown kind": (
+        HEAD + '[[light]]\nkind = "aera"',
+        "did you mean 'area'?; accepted: area, cell",
+    ),
+    "no kind": (HEAD + "[[occluder]]\nstart = [1, 2]", "no key 'kind'; accepted: polygon, segment"),
+    "kind is no text": (HEAD + "[[light]]\nkind = [1]", "light 1, kind = [1]"),
+    "missing key": (HEAD + '[[light]]\nkind = "cell"\nflux = 1', "has no key 'cell'"),
+    "unknown key of a light": (
+        HEAD + CELL + "fulx = 2",
+        "did you mean 'flux'?; accepted: kind, cell",
+    ),
+    "unknown key of the grid": (HEAD + "size = 2", "grid, size = 2: is an unknown key"),
+    "unknown table": (HEAD + "[[lights]]", "did you mean 'light'?; accepted: title, grid, light"),
+    "light is no list": (HEAD + "[light]\nflux = 1", "each begun with [[light]]"),
+    "light is no table": ("light = [1]\n" + HEAD, "light 1 = 1: must be a table"),
+    "grid is no table": ("grid = 5", "grid = 5: must be a table"),
+    "no grid": ('title = "x"', "has no key 'grid'"),
+    "title is no text": (
+        "title = 1979-05-27\n" + HEAD,
+        "title = datetime.date(1979, 5, 27): must be",
+    ),
+    "one axis": (HEAD.replace("17, ", ""), "2 or 3 numbers of cells"),
+    "no cells": (HEAD.replace("17, ", "0, "), "shape = [0, 17]: must be a whole number from 1"),
+    "fraction of cells": (HEAD.replace("17, ", "17.0, "), "shape = [17.0, 17]"),
+    "no spacing": (HEAD + "spacing = 0", "spacing = 0: must be greater than 0"),
+    "negative spacing": (HEAD + "spacing = -1", "spacing = -1: must be greater than 0"),
+    "origin in 3D": (HEAD + "origin = [0, 0, 0]", "origin = [0.0, 0.0, 0.0]: must be 2 numbers"),
+    "too large a grid": (HEAD.replace("17, ", "99999999, "), "needs 19.00 GiB"),
+    "absurd grid": (HEAD.replace("17, ", f"{10**30}, "), "to 2147483647"),
+    "more absurd grid": (HEAD.replace("17, ", f"0x{'f' * 5000}, "), "too long to show"),
+    "too many colours for memory": (
+        HEAD.replace("17, 17", "30000, 30000") + CELL.replace("= 1", f"= {[1] * 50}"),
+        "line 2: grid, shape = [30000, 30000]: needs 502.91 GiB",
+    ),
+    "2D light in 3D": (HEAD.replace("17]", "17, 17]") + AREA, "exists in 2D, the grid is 3D"),
+    "2D occluder in 3D": (HEAD.replace("17]", "17, 17]") + SEGMENT, "exists in 2D, the grid is 3D"),
+    "empty": ("", "is empty"),
+    "only comments": ("# nothing\n", "is empty"),
+    "syntax": (HEAD + "flux == 3", "scene, line 3: text = 'flux == 3': is not valid TOML"),
+    "open text": (HEAD + 'title = "abc', "line 3"),
+    "key given twice": (HEAD + "shape = [3, 3]", "is not valid TOML"),
+    "number of 5000 digits": (HEAD + f"spacing = {'9' * 5000}", "cannot be read as TOML"),
+    "deep nest": ("a = " + "[" * 5000, "cannot be read as TOML"),
+    "deep key": (".".join("a" * 5000) + " = 1", "nested too deeply"),
+    "binary": (b"\x89PNG\r\n\x1a\n\x00", "scene, line 1: bytes = b'\\x89PNG"),
+}
+
+
+@pytest.fixture(autouse=True)
+def _small_machine(monkeypatch):
+    """A machine with 16 GiB, wherever the tests run."""
+    monkeypatch.setattr("flatland.memory.available_memory", lambda: 16 * 2**30)
+
+
+@pytest.mark.parametrize(("text", "said"), MISTAKES.values(), ids=MISTAKES)
+def test_mistake_is_named(text, said):
+    message = mistakes(text)
+    assert said in message
+    assert "\n" not in message
+
+
+def test_all_mistakes_are_named_at_once_each_with_its_line():
+    text = (
+        "title = 5\n"  # 1
+        "[grid]\n"
+        "shape = [17, 17]\n"
+        "[[light]]\n"
+        'kind = "area"\n'
+        "start = [1, 20]\n"  # 6
+        "end = [1, -2]\n"  # 7
+        "flux = [1, 1]\n"
+        "[[light]] # the second\n"
+        'kind = "cell"\n'
+        "cell = [1, 1]\n"
+        "flux = [1, 1, 1]\n"  # 12
+        "[[occluder]]\n"
+        'kind = "segment"\n'
+        "start = [1, 1]\n"  # end is missing from the table in line 13
+        "albedo = 2\n"  # 16
+    )
+    with pytest.raises(SceneError) as caught:
+        parse_scene(text, "my.toml")
+    found = {problem.line: str(problem) for problem in caught.value.problems}
+    assert sorted(found) == [1, 6, 7, 12, 13, 16]
+    assert found[6].startswith(
+        "my.toml, line 6: light 1, start = [1.0, 20.0]: must lie in the grid"
+    )
+    assert "3 colours where the scene so far has 2" in found[12]
+    assert str(caught.value).count("\n") == 5
+
+
+def test_problems_name_their_key():
+    with pytest.raises(SceneError) as caught:
+        parse_scene(HEAD + CELL + CELL.replace("= 1", "= -1"))
+    assert [problem.key for problem in caught.value.problems] == [("light", 2, "flux")]
+
+
+def test_albedo_counts_as_colour():
+    text = HEAD + AREA.replace("= 1", "= [1, 2]") + SEGMENT + "albedo = [0, 0, 1]"
+    assert "occluder 1, albedo = [0.0, 0.0, 1.0]: has 3 colours" in mistakes(text)
+
+
+def test_many_mistakes_are_counted():
+    assert mistakes(HEAD + "[[light]]\n" * 50).endswith("... and 30 more mistakes")
+
+
+def test_light_on_the_border_within_rounding_is_fine():
+    assert parse_scene(HEAD + AREA.replace("2]", "0]").replace("[4, 0]", "[4, -1e-12]")).lights
+
+
+def test_occluders_may_stick_out_of_the_grid():
+    assert parse_scene(HEAD + SEGMENT.replace("[4, 2]", "[1e9, -5]")).occluders
+
+
+@pytest.mark.parametrize(
+    ("name", "said"),
+    [
+        ("shelv", "did you mean 'shelf'?; built in: back-bleeding, clutter"),
+        ("no/such/file.toml", "is neither a file nor a built-in scene"),
+        ("shelf:size=3", "has no parameters"),
+        ("clutter:sizes=3", "did you mean 'size'?; accepted: size, occluders, seed"),
+        ("clutter:size=3", "must be a whole number from 16"),
+        ("clutter:size=1e3", "must be a whole number from 16"),
+        ("clutter:seed=-1", "must be a whole number from 0"),
+        ("clutter:size", "must look like"),
+        ("", "cannot be read"),
+        (".", "cannot be read"),
+        ("a\0b", "cannot be read"),
+        ("x" * 5000, "cannot be read"),
+        (5, "must be a name or a path"),
+        (None, "must be a name or a path"),
+    ],
+)
+def test_name_that_is_no_scene_is_refused(name, said):
+    with pytest.raises(SceneError) as caught:
+        load_scene(name)
+    assert said in str(caught.value)
+
+
+def test_unknown_name_of_a_builtin_text_is_refused():
+    with pytest.raises(SceneError, match="did you mean 'corridor'"):
+        builtin_text("coridor")
+
+
+def test_unreadable_file_is_refused(tmp_path, monkeypatch):
+    def refuse(*arguments, **keywords):
+        raise PermissionError(13, "Permission denied")
+
+    monkeypatch.setattr("pathlib.Path.open", refuse)
+    with pytest.raises(SceneError, match="Permission denied"):
+        load_scene(tmp_path / "scene.toml")
+
+
+def test_huge_file_is_refused_unparsed(tmp_path):
+    path = tmp_path / "huge.toml"
+    with path.open("wb") as file:
+        file.truncate(64 * 2**20 + 1)
+    with pytest.raises(SceneError, match="larger than the 64 MiB"):
+        load_scene(path)
+
+
+@pytest.mark.parametrize("data", [5, None, [], "grid", {1: 2}, {"light": [{1: 2}]}, {"grid": None}])
+def test_data_that_are_no_tables_are_refused(data):
+    with pytest.raises(SceneError):
+        Scene.from_dict(data)
+
+
+def test_endless_data_are_refused():
+    endless = []
+    endless.append(endless)
+    with pytest.raises(SceneError, match="nested too deeply"):
+        Scene.from_dict({"grid": endless})
+
+
+def test_error_survives_pickling():
+    with pytest.raises(SceneError) as caught:
+        load_scene("nope")
+    assert str(pickle.loads(pickle.dumps(caught.value))) == str(caught.value)
+
+
+PIECES = """[grid]|[[light]]|[[occluder]]|[light]|shape = [|]|kind = |"area"|"wall"|"cell"|"file"
+start = [1, 2]|end = [3, 2]|flux = |nan|5|9, |-1|{|}|=|.|side = 'left'|title = 1e9|file = 'x.npy'"""
+words = st.sampled_from([piece + end for piece in re.split(r"[|\n]", PIECES) for end in ("", "\n")])
+junk = st.one_of(st.text(), st.binary(), st.lists(words, max_size=30).map("".join))
+
+
+@settings(deadline=None, derandomize=True, max_examples=300)
+@given(junk)
+def test_junk_is_refused_as_bad_input_or_is_a_scene(text):
+    with contextlib.suppress(InputError):
+        parse_scene(text)
+
+
+values = st.recursive(
+    st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=3) | st.just("area"),
+    lambda inner: (
+        st.lists(inner, max_size=3)
+        | st.dictionaries(
+            st.sampled_from(["kind", "shape", "start", "flux", "cell"]), inner, max_size=4
+        )
+    ),
+    max_leaves=12,
+)
+
+
+@settings(deadline=None, derandomize=True, max_examples=200)
+@given(st.dictionaries(st.sampled_from(["title", "grid", "light", "occluder", "x"]), values))
+def test_wrong_types_anywhere_are_refused_as_bad_input(data):
+    with contextlib.suppress(InputError):
+        Scene.from_dict({"grid": {"shape": [3, 3]}, **data})
