@@ -74,8 +74,9 @@ class Field:
         shape = list(self.values.shape)
         shape[axis] = basis.size
         values = np.zeros(shape, self.values.dtype)
-        kept = (..., slice(min(basis.size, self.basis.size)), *[slice(None)] * self.grid.dimension)
-        values[kept] = self.values[kept]
+        common = min(basis.size, self.basis.size)
+        target, source = np.moveaxis(values, axis, 0), np.moveaxis(self.values, axis, 0)
+        target[:common] = source[:common]
         return Field(self.grid, basis, values)
 
     def _contract(self, matrix: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from numbers import Integral
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -35,9 +36,11 @@ class Grid:
     origin: tuple[float, ...] = ()
 
     def __post_init__(self) -> None:
+        whole = all(isinstance(n, Integral) and not isinstance(n, bool) for n in self.shape)
+        if not whole or len(self.shape) not in (2, 3) or min(self.shape) < 1:
+            rule = "must be 2 or 3 whole numbers of cells, each at least 1"
+            raise bad_input("shape", self.shape, rule)
         shape = tuple(int(n) for n in self.shape)
-        if len(shape) not in (2, 3) or min(shape) < 1:
-            raise bad_input("shape", self.shape, "must be 2 or 3 numbers of cells, each at least 1")
         if not (math.isfinite(self.spacing) and self.spacing > 0):
             raise bad_input("spacing", self.spacing, "must be finite and greater than 0")
         origin = tuple(float(x) for x in self.origin) or (0.0,) * len(shape)

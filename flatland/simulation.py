@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable
+from numbers import Integral
 from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
+from flatland.blocking import exact_transmittance
 from flatland.errors import SchemeWarning, bad_input
 from flatland.field import Field
 from flatland.harmonics import AngularBasis, basis_for
@@ -22,6 +24,7 @@ from flatland.solvers import SolveReport, solve_converged
 from flatland.stencil import Stencil
 
 PRECISIONS = ("float64", "float32")
+BLOCKING = ("exact", "none")
 _CLAMPED = "a clamped step is not linear: the converged field is that of the scheme without clamp"
 
 
@@ -38,7 +41,8 @@ class Simulation:
 
     bands: angular bands. levels: octree levels; this version steps the uniform grid, 1.
     precision: "float64" or "float32". transmittance: (K, *shape), the share of the light leaving
-    a cell along each of the stencil's offsets that nothing blocks; None where nothing does.
+    a cell along each of the stencil's offsets that nothing blocks; taken from the scene's
+    occluders if not given, unless blocking="none", which lets light pass through them.
 
     `target` is the newest light, `source` what it was one step before, `accumulated` the sum of
     all, S_A = Σ_i S_i. Scenes in colour are stepped once per linearly independent spectrum.
@@ -54,24 +58,32 @@ class Simulation:
         levels: int = 1,
         precision: str = "float64",
         transmittance: NDArray[np.floating] | None = None,
+        blocking: str = "exact",
     ) -> None:
         if precision not in PRECISIONS:
             raise bad_input("precision", precision, "is unknown", PRECISIONS)
         if levels != 1:
             raise bad_input("levels", levels, "must be 1: this version steps the uniform grid")
+        if blocking not in BLOCKING:
+            raise bad_input("blocking", blocking, "is unknown", BLOCKING)
         self.scene, self.propagator, self.precision = scene, propagator, precision
         self.basis = basis_for(scene.grid.dimension, bands)
         self.stencil = propagator.stencil(self.basis)
         propagator.warn_if_unstable(self.stencil)
         layout = Layout(scene.grid.shape, self.basis.size, np.dtype(precision))
-        spectra = max(1, min(scene.colours, len(scene.lights)))
+        spectra = max(1, scene.colours)
+        if not self.stencil.clamp:
+            spectra = max(1, min(spectra, len(scene.lights)))
         needed = 3 * spectra * layout.size * layout.dtype.itemsize
         require_memory(needed, "grid.shape", scene.grid.shape)
         tau = _checked_transmittance(transmittance, self.stencil, scene)
+        if tau is None and blocking == "exact":
+            tau = _blocked_by_occluders(scene, self.stencil)
         self._books = Bookkeeper(self.stencil, blocked=tau is not None)
         self._sweep = Sweep(self.stencil, layout, tau, self._books.components)
         patterns, self._mixing = self._spectra()
         self._states = [LightState(layout, self._sweep, pattern) for pattern in patterns]
+        self._require_range()
         self.reset()
 
     def _spectra(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -82,6 +94,15 @@ class Simulation:
         values = inject(self.scene, self.basis).values
         values = values if self.scene.colours else values[None]
         return np.asarray(values, float), np.eye(len(values))
+
+    def _require_range(self) -> None:
+        """Refuse light that the precision cannot hold, with a million to spare either way."""
+        scales = np.array([state.scale for state in self._states])
+        size = float((np.abs(self._mixing) * scales).max())
+        limits = np.finfo(self.precision)
+        if not 1e6 * float(limits.tiny) < size < 1e-6 * float(limits.max):
+            rule = f"cannot hold light of about {size:.0e} per unit angle"
+            raise bad_input("precision", self.precision, rule, ("float64",))
 
     def reset(self) -> None:
         """No light anywhere, iteration 0, empty books."""
@@ -110,20 +131,26 @@ class Simulation:
         progress: called with the number of iterations just done; runs between batches.
         Raises InstabilityError when the light grows wild; the state before overflow is kept.
         """
-        if isinstance(iterations, bool) or int(iterations) != iterations or iterations < 0:
+        if not isinstance(iterations, Integral) or isinstance(iterations, bool) or iterations < 0:
             raise bad_input("iterations", iterations, "must be a whole number, at least 0")
         self._start()
-        done = 0
-        while done < iterations:
-            count = min(int(iterations) - done, *(state.batch for state in self._states))
+        last = self.iteration + int(iterations)
+        while self.iteration < last:
+            self._require_tame()
+            count = min(last - self.iteration, *(state.batch for state in self._states))
             for state, ledger in zip(self._states, self._ledgers):
                 before = state.component_sums
-                sums = state.advance(count, self.iteration)
+                sums = state.advance(count)
                 self._books.enter(ledger, before, sums, self._unit(state))
             self.iteration += count
-            done += count
             if progress is not None:
                 progress(count)
+        self._require_tame()
+
+    def _require_tame(self) -> None:
+        """Raise InstabilityError once light has grown wild, so that it never overflows."""
+        for state in self._states:
+            state.require_tame(self.iteration)
 
     def solve(self, tolerance: float = 1e-8, method: str = "auto") -> SolveReport:
         """Jump to the converged field (1 − A) S_A = S_0; the books are closed with it.
@@ -133,6 +160,7 @@ class Simulation:
         tolerance was not reached, InstabilityError if the scheme's radius says there is no answer.
         """
         self.inject()
+        self._injected = False  # also if this fails, stepping starts afresh
         sweep = self._sweep
         if self.stencil.clamp:
             warnings.warn(_CLAMPED, SchemeWarning, stacklevel=2)
@@ -188,6 +216,11 @@ class Simulation:
     def _unit(self, state: LightState) -> float:
         """Flux of one unit of a state's coefficient 0."""
         return float(state.scale * self.basis.flux_weight)
+
+
+def _blocked_by_occluders(scene: Scene, stencil: Stencil) -> NDArray[np.float64] | None:
+    segments = scene.segments()
+    return exact_transmittance(scene.grid, segments, stencil.offsets) if segments else None
 
 
 def _checked_transmittance(

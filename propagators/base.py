@@ -132,7 +132,7 @@ class StencilPropagator(Propagator):
             f"{self} with {stencil.basis.bands} bands is unstable: its spectral radius is "
             f"{radius:.4f}, so light grows without bound; {advice}"
         )
-        warnings.warn(message, SchemeWarning, stacklevel=4)
+        warnings.warn(message, SchemeWarning, stacklevel=3)
 
     def stable_alternative(self, basis: AngularBasis) -> str | None:
         """The same scheme with as few options changed as make its radius at most 1."""

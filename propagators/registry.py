@@ -38,6 +38,9 @@ def find(name: str) -> type[Propagator]:
         raise bad_input("propagator", name, "is unknown", names())
     if not (isinstance(found, type) and issubclass(found, Propagator)):
         raise bad_input("propagator", name, f"its plug-in offers {found!r}, not a Propagator class")
+    if found.__abstractmethods__:
+        missing = ", ".join(sorted(found.__abstractmethods__))
+        raise bad_input("propagator", name, f"its plug-in's {found.__name__} lacks {missing}")
     return found
 
 
@@ -58,6 +61,6 @@ def _load_third_party(name: str) -> Any:
     point = _third_party()[name]
     try:
         return point.load()
-    except Exception as error:  # noqa: BLE001 - a plug-in may fail in any way
+    except Exception as error:
         rule = f"its plug-in {point.value} cannot be loaded: {type(error).__name__}: {error}"
         raise InputError(str(bad_input("propagator", name, rule))) from error

@@ -1,0 +1,1 @@
+"""Measures, comparisons, figures and the command line."""

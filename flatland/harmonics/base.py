@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable
-from operator import index
+from numbers import Integral
 from typing import ClassVar
 
 import numpy as np
@@ -28,16 +28,12 @@ class AngularBasis(ABC):
     total_angle: ClassVar[float]
 
     def __init__(self, bands: int) -> None:
-        try:
-            number = index(bands)
-        except TypeError:
-            number = 0
-        if number < 1:
+        if not isinstance(bands, Integral) or isinstance(bands, bool) or bands < 1:
             raise bad_input("bands", bands, "must be a whole number, at least 1")
-        self.bands = number
+        self.bands: int = int(bands)
 
     def __eq__(self, other: object) -> bool:
-        return type(other) is type(self) and other.bands == self.bands  # type: ignore[attr-defined]
+        return type(other) is type(self) and other.bands == self.bands
 
     def __hash__(self) -> int:
         return hash((type(self), self.bands))

@@ -41,7 +41,8 @@ class CircularHarmonics(AngularBasis):
     def clamped_cosine(self, normals: ArrayLike) -> Array:
         """Closed form (numerics §2): √(2/π); (√π/2) for m = 1; 2(−1)^{m/2+1}/((m²−1)√π), m even."""
         unit = self._unit(normals, "normals")
-        theta = np.arctan2(unit[..., 1], unit[..., 0])[..., None] * np.arange(1, self.bands)
+        angles = np.asarray(np.arctan2(unit[..., 1], unit[..., 0]))
+        theta = angles[..., None] * np.arange(1, self.bands)
         amplitude = clamped_cosine_amplitudes(self.bands)
         return self._interleave(
             np.full(theta.shape[:-1], np.sqrt(2 / np.pi)),
@@ -61,9 +62,10 @@ class CircularHarmonics(AngularBasis):
         )
 
     def arc_gram(self, start: float, stop: float) -> Array:
-        """∫ y yᵀ dθ over an arc, (size, size): restricts an intensity to the arc and re-projects it.
+        """∫ y yᵀ dθ over an arc, (size, size).
 
-        Exact: products of harmonics are harmonics of twice the bands.
+        Restricts an intensity to the arc and projects it again. Exact: products of harmonics
+        are harmonics of twice the bands.
         """
         double = CircularHarmonics(2 * self.bands - 1)
         integral = double.arc_integral(start, stop)

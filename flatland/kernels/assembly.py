@@ -112,7 +112,9 @@ class SweepText:
                 self._put(f"  {number} = fptrunc double {wide} to float")
             else:
                 number = wide
-            self._put(f"  {one} = insertelement {self.vector} poison, {self.scalar} {number}, i64 0")
+            self._put(
+                f"  {one} = insertelement {self.vector} poison, {self.scalar} {number}, i64 0"
+            )
             self._put(
                 f"  %factor_{i} = shufflevector {self.vector} {one}, {self.vector} poison, {lane}"
             )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ctypes
 from collections.abc import Callable
 from dataclasses import replace
 from functools import cached_property
@@ -16,7 +17,7 @@ from flatland.kernels.layout import Layout
 from flatland.kernels.matrix_sweep import MatrixSweep
 from flatland.kernels.reports import Buffer, StepSums
 from flatland.kernels.stepping import stepping_text
-from flatland.kernels.threads import addresses, rows_of, run_shared, thread_count, yield_address
+from flatland.kernels.threads import address, rows_of, run_shared, thread_count, yield_address
 from flatland.stencil import Stencil
 
 #: Couplings above which the written-out sweep takes too long to compile (about 1 s), and blocked
@@ -44,13 +45,16 @@ class Sweep:
         self.stencil, self.layout = stencil, layout
         self.recipe = Recipe(blocked=transmittance is not None, sums=sums)
         self.couplings = int(np.count_nonzero(significant(stencil.transfer)))
+        self._work = self.couplings * layout.rows * layout.width
         self.open_share = transmittance
         self.transmittance = self._padded(transmittance)
+        self._tau_address = address(self.transmittance)
+        self._rows = layout.rows
         self.border_cells, self.border_weights = _border(stencil, layout, transmittance)
         #: What a solver keeps between right-hand sides.
         self.hierarchy: object | None = None
-        self._matrix = self.couplings > LARGEST_TEXT
-        if self._matrix:
+        self.by_matrices = self.couplings > LARGEST_TEXT
+        if self.by_matrices:
             self._matrices = MatrixSweep(stencil, layout, self.transmittance)
             return
         text = SweepText(stencil, layout, self.recipe).text() + stepping_text(layout, self._width)
@@ -72,13 +76,13 @@ class Sweep:
 
     def plain_steps(self, source: Buffer, target: Buffer, total: Buffer, count: int) -> StepSums:
         """Steps whose `left` is that of the stencil's transfer matrices."""
-        if self._matrix:
+        if self.by_matrices:
             return self._matrix_steps(source, target, total, count)
         parties = self._parties(_WORTH_SHARING_CALL if count == 1 else _WORTH_SHARING_BATCH)
         sums = np.zeros((parties, count, self._width))
         counter = np.zeros(1, np.int64)
-        fields = addresses([source, target, total, self.transmittance])
-        border = addresses([self.border_cells, self.border_weights])
+        fields = [address(buffer) for buffer in (source, target, total, self.transmittance)]
+        border = [address(self.border_cells), address(self.border_weights)]
 
         def part(party: int, running: int) -> None:
             rows = rows_of(party, running, self.layout.rows)
@@ -102,16 +106,25 @@ class Sweep:
         self, own: float, other: float, arrived: float, source: Buffer, rest: Buffer, target: Buffer
     ) -> None:
         """target = own·source + other·rest + arrived·(A source), for solvers."""
-        if self._matrix:
+        if self.by_matrices:
             self._matrices.apply(source, target)
             target *= arrived
             target += own * source + other * rest
             return
-        factors = np.array((own, other, arrived))
-        fields = addresses([source, target, rest, self.transmittance, factors])
+        self.combine_at((own, other, arrived), address(source), address(rest), address(target))
+
+    def combine_at(
+        self, factors: tuple[float, float, float], source: int, rest: int, target: int
+    ) -> None:
+        """`combine` on memory addresses, for callers whose buffers stay where they are.
+
+        Looking up one address takes 2 µs, as long as the whole sweep of a coarse grid.
+        """
+        call, tau = self._combine, self._tau_address
+        numbers = (ctypes.c_double * 3)(*factors)
 
         def part(party: int, running: int) -> None:
-            self._combine(*fields[:4], *rows_of(party, running, self.layout.rows), fields[4])
+            call(source, target, rest, tau, *rows_of(party, running, self._rows), numbers)
 
         run_shared(part, self._parties(_WORTH_SHARING_CALL))
 
@@ -140,8 +153,7 @@ class Sweep:
         return float(np.sum(light * self.border_weights, dtype=float))
 
     def _parties(self, worth: int) -> int:
-        work = self.couplings * self.layout.rows * self.layout.width
-        return min(thread_count(), self.layout.rows) if work > worth else 1
+        return min(thread_count(), self.layout.rows) if self._work > worth else 1
 
     def _padded(self, transmittance: NDArray[np.floating] | None) -> Buffer | None:
         """τ in the layout of the fields, its border 1 (only zeros come from there)."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import ctypes
 import os
 import threading
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from functools import cache
 from typing import Any
@@ -39,7 +39,9 @@ def run_shared(call: Callable[[int, int], None], parties: int) -> None:
         call(0, 1)
         return
     try:
-        futures = [_helpers(os.getpid()).submit(call, p, parties) for p in range(1, parties)]
+        futures = [
+            _helpers(os.getpid(), parties).submit(call, p, parties) for p in range(1, parties)
+        ]
         call(0, parties)
         for future in futures:
             future.result()
@@ -63,11 +65,15 @@ def yield_address() -> int:
 
 
 @cache
-def _helpers(process: int) -> ThreadPoolExecutor:
-    """The helper threads of a process (a forked child needs its own)."""
-    return ThreadPoolExecutor(max_workers=max(1, thread_count() - 1), thread_name_prefix="sweep")
+def _helpers(process: int, parties: int) -> ThreadPoolExecutor:
+    """The helper threads of a process (a forked child needs its own).
+
+    One pool per number of parties: in a pool with fewer threads, parties would wait for ever for
+    one that cannot start.
+    """
+    return ThreadPoolExecutor(max_workers=parties - 1, thread_name_prefix="sweep")
 
 
-def addresses(buffers: Sequence[NDArray[Any] | None]) -> list[int]:
-    """Memory addresses of arrays, 0 for None."""
-    return [0 if b is None else b.__array_interface__["data"][0] for b in buffers]
+def address(buffer: NDArray[Any] | None) -> int:
+    """Memory address of an array, 0 for None."""
+    return 0 if buffer is None else int(buffer.__array_interface__["data"][0])

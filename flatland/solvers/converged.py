@@ -2,27 +2,29 @@
 
 from __future__ import annotations
 
-import itertools
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse.linalg import LinearOperator, bicgstab
 
 from flatland.errors import ConvergenceError, InstabilityError, bad_input
 from flatland.kernels import Layout, Sweep
+from flatland.solvers.bicgstab import Operator, bicgstab
 from flatland.solvers.factorization import factorization, is_factorized
 from flatland.solvers.multigrid import Multigrid
+from flatland.solvers.vectors import norm
 from flatland.stencil import RADIUS_TOLERANCE
 
 Buffer = NDArray[np.floating]
 
-METHODS = ("auto", "multigrid", "krylov", "factorization")
+METHODS = ("auto", "multigrid", "stepping", "krylov", "factorization")
 #: Iterations after which a Krylov method is taken to have stalled.
-_MULTIGRID_ITERATIONS = 60
+_MULTIGRID_ITERATIONS = 20
 _KRYLOV_ITERATIONS = 4000
+_STEPPING_SWEEPS = 20_000
+_STEPPING_BATCH = 16
 
 
 @dataclass(frozen=True)
@@ -51,24 +53,19 @@ class _Problem:
             self.sweep = _in_double(sweep)
         self.right = self.sweep.layout.allocate()
         self.sweep.layout.view(self.right)[...] = sweep.layout.view(right)
-        # BiCGSTAB holds two products at a time; four in turn are never one too few, and their
-        # borders stay zero.
-        self._products = itertools.cycle([self.sweep.layout.allocate() for _ in range(4)])
         self.applications = 0
         self.iterations = 0
 
-    def apply(self, values: Buffer) -> Buffer:
+    def apply(self, values: Buffer, result: Buffer) -> None:
         """(1 − A) x."""
-        result = next(self._products)
         self.applications += 1
         self.sweep.combine(1.0, 0.0, -1.0, values, values, result)
-        return result
 
     def residual(self, answer: Buffer) -> float:
-        scale = float(np.linalg.norm(self.right))
+        scale = norm(self.right)
         defect = self.sweep.layout.allocate()
         self.sweep.combine(-1.0, 1.0, 1.0, answer, self.right, defect)
-        return float(np.linalg.norm(defect)) / scale if scale else 0.0
+        return norm(defect) / scale if scale else 0.0
 
 
 def solve_converged(
@@ -121,8 +118,8 @@ def _candidates(sweep: Sweep, method: str) -> list[str]:
     if method != "auto":
         return [method]
     if is_factorized(sweep.stencil, sweep.layout.shape, sweep.open_share):
-        return ["factorization", "multigrid", "krylov"]
-    return ["multigrid", "krylov"]
+        return ["factorization", "multigrid", "stepping", "krylov"]
+    return ["multigrid", "stepping", "krylov"]
 
 
 def _multigrid(problem: _Problem, tolerance: float) -> Buffer:
@@ -134,7 +131,21 @@ def _multigrid(problem: _Problem, tolerance: float) -> Buffer:
 
 
 def _krylov(problem: _Problem, tolerance: float) -> Buffer:
-    return _bicgstab(problem, tolerance, None, _KRYLOV_ITERATIONS)
+    return _bicgstab(problem, tolerance, _copy, _KRYLOV_ITERATIONS)
+
+
+def _stepping(problem: _Problem, tolerance: float) -> Buffer:
+    """The sum over steps itself: best where light soon leaves the grid."""
+    layout = problem.sweep.layout
+    source, answer, target = problem.right.copy(), problem.right.copy(), layout.allocate()
+    goal = tolerance * norm(problem.right)
+    for _ in range(_STEPPING_SWEEPS // _STEPPING_BATCH):
+        sums = problem.sweep.steps(source, target, answer, _STEPPING_BATCH)
+        problem.iterations += _STEPPING_BATCH
+        problem.applications += _STEPPING_BATCH
+        if not sums.squares[-1] > (0.5 * goal) ** 2:
+            break
+    return answer
 
 
 def _factorization(problem: _Problem, tolerance: float) -> Buffer:
@@ -149,37 +160,20 @@ def _factorization(problem: _Problem, tolerance: float) -> Buffer:
 
 _RUN: dict[str, Callable[[_Problem, float], Buffer]] = {
     "multigrid": _multigrid,
+    "stepping": _stepping,
     "krylov": _krylov,
     "factorization": _factorization,
 }
 
 
-def _bicgstab(
-    problem: _Problem,
-    tolerance: float,
-    precondition: Callable[[Buffer], Buffer] | None,
-    limit: int,
-) -> Buffer:
-    """SciPy's BiCGSTAB, restarted from its own answer while the true residual lags behind."""
-    size = problem.right.size
-    operator = LinearOperator((size, size), matvec=problem.apply, dtype=float)
-    inner = None
-    if precondition is not None:
-        inner = LinearOperator((size, size), matvec=precondition, dtype=float)
-    answer = np.zeros(size)
+def _bicgstab(problem: _Problem, tolerance: float, precondition: Operator, limit: int) -> Buffer:
+    outcome = bicgstab(problem.apply, precondition, problem.right, 0.5 * tolerance, limit)
+    problem.iterations += outcome.iterations
+    return outcome.answer
 
-    def count(_: Buffer) -> None:
-        problem.iterations += 1
 
-    with np.errstate(all="ignore"):
-        for _ in range(3):
-            answer, _info = bicgstab(
-                operator, problem.right, answer, rtol=0.5 * tolerance, atol=0.0,
-                maxiter=limit, M=inner, callback=count,
-            )  # fmt: skip
-            if not problem.residual(answer) > tolerance:
-                break
-    return np.asarray(answer)
+def _copy(source: Buffer, target: Buffer) -> None:
+    target[:] = source
 
 
 def _cycles_for(sweep: Sweep) -> Multigrid:
@@ -192,4 +186,6 @@ def _cycles_for(sweep: Sweep) -> Multigrid:
 
 def _in_double(sweep: Sweep) -> Sweep:
     layout = replace(sweep.layout, dtype=np.dtype(np.float64))
-    return Sweep(sweep.stencil, Layout(layout.shape, layout.components, layout.dtype), sweep.open_share)
+    return Sweep(
+        sweep.stencil, Layout(layout.shape, layout.components, layout.dtype), sweep.open_share
+    )

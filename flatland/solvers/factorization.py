@@ -73,8 +73,6 @@ def factorization_key(
     return (shape, stencil.offsets.tobytes(), stencil.transfer.tobytes(), blocked)
 
 
-def is_factorized(
-    stencil: Stencil, shape: tuple[int, ...], transmittance: Array | None
-) -> bool:
+def is_factorized(stencil: Stencil, shape: tuple[int, ...], transmittance: Array | None) -> bool:
     """Whether the factors are at hand."""
     return factorization_key(stencil, shape, transmittance) in _factors

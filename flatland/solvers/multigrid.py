@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flatland.kernels import Layout, Sweep
+from flatland.kernels.threads import address
 from flatland.solvers.transfers import Transfer, coarse_shape
 from flatland.stencil import Stencil
 
@@ -56,25 +57,35 @@ class Level:
         transfer = np.array([-inverse @ blocks[offset] for offset in offsets])
         self.sweep = Sweep(Stencil(stencil.basis, np.array(offsets), transfer), self.layout)
         self.right, self.answer, self.scratch = (self.layout.allocate() for _ in range(3))
+        self._at = {name: address(getattr(self, name)) for name in ("right", "answer", "scratch")}
 
     def smooth(self, count: int) -> None:
         """Damped Jacobi sweeps on the answer."""
         for _ in range(count):
-            self.sweep.combine(
-                1 - DAMPING, DAMPING, DAMPING, self.answer, self.right, self.scratch
-            )
+            self._combine((1 - DAMPING, DAMPING, DAMPING), "answer", "right", "scratch")
             self.answer, self.scratch = self.scratch, self.answer
+            self._at["answer"], self._at["scratch"] = self._at["scratch"], self._at["answer"]
 
     def first_smooth(self) -> None:
         """Two sweeps from zero, which is one: x = (2ω − ω²) b + ω² A b."""
-        self.sweep.combine(
-            2 * DAMPING - DAMPING**2, 0.0, DAMPING**2, self.right, self.right, self.answer
-        )
+        factors = (2 * DAMPING - DAMPING**2, 0.0, DAMPING**2)
+        self._combine(factors, "right", "right", "answer")
 
     def residual(self) -> Buffer:
         """b − x + A x, in scratch."""
-        self.sweep.combine(-1.0, 1.0, 1.0, self.answer, self.right, self.scratch)
+        self._combine((-1.0, 1.0, 1.0), "answer", "right", "scratch")
         return self.scratch
+
+    def _combine(
+        self, factors: tuple[float, float, float], source: str, rest: str, target: str
+    ) -> None:
+        if self.sweep.by_matrices:
+            self.sweep.combine(
+                *factors, getattr(self, source), getattr(self, rest), getattr(self, target)
+            )
+        else:
+            at = self._at
+            self.sweep.combine_at(factors, at[source], at[rest], at[target])
 
 
 class Multigrid:
@@ -104,9 +115,6 @@ class Multigrid:
             for fine, coarse in zip(self.levels, self.levels[1:])
         ]
         self.inverse = self._coarsest_inverse() if self._unknowns() <= _DIRECT else None
-        # BiCGSTAB holds two preconditioned vectors at a time.
-        size = self.levels[0].layout.size
-        self._answers = itertools.cycle([np.zeros(size) for _ in range(4)])
         #: Applications of the finest operator.
         self.applications = 0
 
@@ -125,16 +133,16 @@ class Multigrid:
             view[cell] = 0
         return np.asarray(np.linalg.inv(columns.astype(float)).astype(np.float32))
 
-    def precondition(self, right: Buffer) -> Buffer:
-        """An approximate answer to (1 − A) x = right, in float64; valid for the next 3 calls."""
+    def precondition(self, right: NDArray[np.float64], answer: NDArray[np.float64]) -> None:
+        """Write an approximate solution of (1 − A) x = right into `answer`."""
         finest = self.levels[0]
-        size = float(np.abs(right).max(initial=0.0)) or 1.0
+        # Kept near 1: a residual of 1e-40 would be lost in single precision.
+        largest = max(float(right.max()), -float(right.min()))
+        size = largest if largest > 0 else 1.0
         np.multiply(right, 1 / size, out=finest.right, casting="same_kind")
         self._cycle(0)
         self.applications += 4
-        result = next(self._answers)
-        np.multiply(finest.answer, size, out=result)
-        return result
+        np.multiply(finest.answer, size, out=answer)
 
     def _cycle(self, depth: int) -> None:
         level = self.levels[depth]

@@ -68,7 +68,7 @@ class Transfer:
         )  # fmt: skip
 
 
-def _row(layout: Layout, leading: NDArray[np.int64]) -> int:
+def _row(layout: Layout, leading: NDArray[np.integer]) -> int:
     """Position of the first cell of a row."""
     return layout.front + layout.shift((*leading, 0))
 

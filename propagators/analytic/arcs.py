@@ -6,11 +6,11 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from propagators.analytic.blockers import make_scratch
+from propagators.analytic.compiling import shared
 from propagators.analytic.views import view
-from propagators.analytic.visibility import make_scratch
 
 Vector = NDArray[np.float64]
 
@@ -28,7 +28,7 @@ class Arc(NamedTuple):
     emitter: int
 
 
-@njit(cache=True, error_model="numpy")
+@shared
 def visible_arcs(x: float, y: float, emitters: Vector, walls: Vector) -> Vector:
     """Rows (start, stop, emitter) of the arcs of emitters (E, 4) that reach (x, y) past walls."""
     work = make_scratch(walls.shape[0])

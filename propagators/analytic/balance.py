@@ -6,10 +6,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flatland.ledger import Ledger
+from propagators.analytic.blockers import TOUCH
 from propagators.analytic.geometry import Geometry
 from propagators.analytic.points import collect_point_light
 from propagators.analytic.targets import collect_light
-from propagators.analytic.visibility import TOUCH
 
 Array = NDArray[np.float64]
 
@@ -34,21 +34,20 @@ def absorbed_flux(geometry: Geometry) -> Array:
 def balance(geometry: Geometry, coloured: bool) -> Ledger:
     """The books of a scene, entries (C,), or () for a grey one.
 
-    left: what crosses the border outwards. Light of lights outside the grid, or on its border
-    with their front outwards, that never enters is booked as left, too.
+    left: what crosses the border outwards, except where a wall lies on it. Lights must shine into
+    the grid, as every scene's do.
     """
     emitted = 2 * _lengths(geometry.emitters) @ geometry.radiance + _point_flux(geometry)
     open_border = [piece for side in geometry.border for piece in uncovered(side, geometry.walls)]
     outwards = arriving_flux(geometry, np.array(open_border).reshape(-1, 4), geometry.walls)
-    left = outwards.sum(axis=0) + emitted - _entering_flux(geometry)
     absorbed = absorbed_flux(geometry).sum(axis=0)
-    entries = (emitted, left, absorbed, np.zeros_like(emitted), np.zeros_like(emitted))
+    entries = emitted, outwards.sum(axis=0), absorbed
     return Ledger(*(entry if coloured else entry[0] for entry in entries))
 
 
 def arriving_flux(geometry: Geometry, targets: Array, walls: Array) -> Array:
     """Flux (K, C) that arrives on the left of targets (K, 4) past the walls (S, 4)."""
-    groups = targets[:, None]
+    groups = np.ascontiguousarray(targets[:, None])  # one memory layout, one compilation
     lights, radiance = geometry.emitters, geometry.radiance
     flux = collect_light(groups, lights, radiance, walls, 1)[:, :, 0]
     if len(geometry.positions):
@@ -71,28 +70,6 @@ def uncovered(segment: Array, others: Array) -> Array:
         reached = max(reached, last)
     cuts = np.array(parts).reshape(-1, 2, 1)
     return (start + cuts * extent).reshape(-1, 4)
-
-
-def _entering_flux(geometry: Geometry) -> Array:
-    """Flux (C,) that starts in the grid or comes in over its border, as if nothing blocked."""
-    nothing = np.empty((0, 4))
-    inwards = arriving_flux(geometry, geometry.border[:, [2, 3, 0, 1]], nothing).sum(axis=0)
-    nx, ny = geometry.grid.shape
-    for wall, surface in zip(geometry.walls, geometry.surfaces):
-        if surface < len(geometry.emitters):
-            extent = wall[2:] - wall[:2]
-            corners = np.array([[0, 0], [nx, 0], [nx, ny], [0, ny]]) - wall[:2]
-            if np.max(corners @ [-extent[1], extent[0]]) > TOUCH * np.hypot(*extent):
-                inwards += 2 * np.hypot(*extent) * geometry.radiance[surface]
-    inside = np.all((geometry.positions >= 0) & (geometry.positions <= [nx, ny]), axis=1)
-    if np.any(inside):
-        points = (
-            part[inside]
-            for part in (geometry.positions, geometry.series, geometry.lobes, geometry.spectra)
-        )
-        border = geometry.border[None]
-        inwards += collect_point_light(border, *points, nothing, 1)[0, :, 0]
-    return inwards
 
 
 def _lengths(segments: Array) -> Array:

@@ -11,11 +11,11 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit, prange
 from numpy.typing import NDArray
 
-from propagators.analytic.compiling import inner
-from propagators.analytic.visibility import TOUCH
+from flatland.kernels.threads import run_shared
+from propagators.analytic.blockers import TOUCH
+from propagators.analytic.compiling import inner, parties_for, shared
 
 Vector = NDArray[np.float64]
 
@@ -23,15 +23,31 @@ Vector = NDArray[np.float64]
 _EDGE_ON = 1e-12
 
 
-@njit(cache=True, parallel=True, error_model="numpy")
 def beam_intensity(
     shape: tuple[int, int], directions: Vector, emitters: Vector, radiance: Vector, walls: Vector
 ) -> Vector:
     """Intensity (K, C, nx, ny) at unit directions (K, 2) from emitters (E, 4), radiance (E, C)."""
-    result = np.zeros((directions.shape[0], radiance.shape[1], shape[0], shape[1]))
-    for k in prange(directions.shape[0]):
-        _one_direction(directions[k, 0], directions[k, 1], emitters, radiance, walls, result[k])
+    result = np.zeros((len(directions), radiance.shape[1], *shape))
+
+    def project(party: int, parties: int) -> None:
+        _project(party, parties, directions, emitters, radiance, walls, result)
+
+    run_shared(project, parties_for(len(directions) * shape[0] * shape[1]))
     return result
+
+
+@shared
+def _project(
+    party: int,
+    parties: int,
+    directions: Vector,
+    emitters: Vector,
+    radiance: Vector,
+    walls: Vector,
+    result: Vector,
+) -> None:
+    for k in range(party, directions.shape[0], parties):
+        _one_direction(directions[k, 0], directions[k, 1], emitters, radiance, walls, result[k])
 
 
 @inner
@@ -40,12 +56,12 @@ def _one_direction(
 ) -> None:
     blockers = _turned(wx, wy, walls)
     lights = _turned(wx, wy, emitters)
-    face, light = np.empty(4), np.empty(4)
+    face = np.empty(4)
     hidden = np.empty((2, walls.shape[0] + 1))
     step_x, step_y = (1 if wx > 0 else 0), (1 if wy > 0 else 0)
     for e in range(emitters.shape[0]):
         # Emitters light their left: from the rear, start is seen at the larger p.
-        light[:] = lights[e]
+        light = lights[e]
         if light[0] - light[2] <= _EDGE_ON:
             continue
         for i in range(result.shape[1]):
@@ -139,7 +155,7 @@ def _covered(hidden: Vector, count: int) -> float:
     return total
 
 
-@njit(cache=True, error_model="numpy")
+@shared
 def ray_intensity(
     shape: tuple[int, int], directions: Vector, positions: Vector, strength: Vector, walls: Vector
 ) -> Vector:

@@ -1,10 +1,23 @@
-"""How the kernels of this package are compiled."""
+"""How the kernels of this package are compiled and shared among cores."""
 
 from __future__ import annotations
 
 from numba import njit
 
+from flatland.kernels.threads import thread_count
+
 #: For functions that only other kernels call: the wrappers for Python would cost a fifth of the
 #: compile time. The cache is keyed by each function's own file: after editing a callee in another
 #: file, clear propagators/analytic/__pycache__.
 inner = njit(cache=True, error_model="numpy", no_cpython_wrapper=True, no_cfunc_wrapper=True)
+#: For functions that Python calls, perhaps in several threads at once. Numba's own threads would
+#: take two seconds longer to compile, and be a second pool beside the one of the stencils.
+shared = njit(cache=True, error_model="numpy", nogil=True)
+
+#: Waking another thread costs as much as about this many targets.
+_FEW = 64
+
+
+def parties_for(count: int) -> int:
+    """In how many threads to share `count` pieces of work."""
+    return thread_count() if count > _FEW else 1

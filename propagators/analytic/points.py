@@ -5,20 +5,16 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit, prange
 from numpy.typing import NDArray
 
-from propagators.analytic.compiling import inner
+from flatland.kernels.threads import run_shared
+from propagators.analytic.blockers import make_scratch
+from propagators.analytic.compiling import inner, parties_for, shared
 from propagators.analytic.views import add_view
-from propagators.analytic.visibility import make_scratch
 
 Vector = NDArray[np.float64]
 
-#: Groups of targets that one task handles.
-_BLOCK = 64
 
-
-@njit(cache=True, parallel=True, error_model="numpy")
 def collect_point_light(
     targets: Vector,
     positions: Vector,
@@ -33,19 +29,19 @@ def collect_point_light(
     ∫ I(ω) e^{imθ} dω over the directions in which a source sees a target from its left.
     positions (P, 2), series (P, K), lobes (P, 3), spectra (P, C): see `Geometry`.
     """
-    groups = targets.shape[0]
-    result = np.zeros((groups, spectra.shape[1], 2 * bands - 1))
-    for block in prange((groups + _BLOCK - 1) // _BLOCK):
-        first = block * _BLOCK
-        last = min(first + _BLOCK, groups)
-        _collect_block(
-            targets[first:last], positions, series, lobes, spectra, walls, result[first:last]
-        )
+    result = np.zeros((len(targets), spectra.shape[1], 2 * bands - 1))
+
+    def collect(party: int, parties: int) -> None:
+        _collect(party, parties, targets, positions, series, lobes, spectra, walls, result)
+
+    run_shared(collect, parties_for(len(targets)))
     return result
 
 
-@inner
-def _collect_block(
+@shared
+def _collect(
+    party: int,
+    parties: int,
     targets: Vector,
     positions: Vector,
     series: Vector,
@@ -56,19 +52,18 @@ def _collect_block(
 ) -> None:
     work = make_scratch(walls.shape[0])
     size = result.shape[2]
-    arcs = np.empty(size + series.shape[1] - 1)
-    lobe_arcs = np.empty(size + 2)
+    arcs, lobe_arcs = np.empty(size + series.shape[1] - 1), np.empty(size + 2)
     moments = np.empty(size)
-    for g in range(targets.shape[0]):
+    for g in range(party, targets.shape[0], parties):
         for s in range(positions.shape[0]):
-            arcs[:] = 0.0
-            lobe_arcs[:] = 0.0
+            arcs.fill(0.0)
+            lobe_arcs.fill(0.0)
             x, y = positions[s, 0], positions[s, 1]
             for p in range(targets.shape[1]):
                 add_view(x, y, targets[g, p], walls, lobes[s], work, arcs, lobe_arcs)
             if arcs[0] == 0.0:
                 continue
-            moments[:] = 0.0
+            moments.fill(0.0)
             _add_series(moments, arcs, series[s])
             if lobe_arcs[0] != 0.0:
                 _add_lobe(moments, lobe_arcs, lobes[s])

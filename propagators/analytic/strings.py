@@ -85,23 +85,29 @@ def add_beam(
 ) -> None:
     """moments += the light seen between the edges `low` and `high` that arrives on [t0, t1].
 
-    Four strings cancel to about their length times rounding. A light of size w at distance ρ
-    sends only w/ρ, so for w << ρ the difference over w is integrated from its slope instead.
+    Four strings of length ρ cancel to their length times rounding. What a light or a stretch of
+    the target of size w << ρ has to do with one another is only w/ρ of that, so the difference
+    over w is integrated from its slope instead.
     """
     step_t, step_d = high_t - low_t, high_d - low_d
-    bands = moments.size // 2 + 1
-    size = (step_t * step_t + step_d * step_d) * (bands + 1) * (bands + 1)
-    nearest = min(max(low_t, t0), t1) - low_t
-    if size > 0.04 * (nearest * nearest + low_d * low_d):
+    width, narrow = t1 - t0, 0.04 / (moments.size // 2 + 2) ** 2
+    near_low = (min(max(low_t, t0), t1) - low_t) ** 2 + low_d * low_d
+    near_high = (min(max(high_t, t0), t1) - high_t) ** 2 + high_d * high_d
+    if step_t * step_t + step_d * step_d < narrow * near_low:
+        for k in range(4):
+            t, d = low_t + _NODES[k] * step_t, low_d + _NODES[k] * step_d
+            add_string_slope(moments, -_WEIGHTS[k], t1 - t, d, step_t, step_d)
+            add_string_slope(moments, _WEIGHTS[k], t0 - t, d, step_t, step_d)
+    elif width * width < narrow * min(near_low, near_high):
+        for k in range(4):
+            t = t0 + _NODES[k] * width
+            add_string_slope(moments, _WEIGHTS[k], t - low_t, low_d, -width, 0.0)
+            add_string_slope(moments, -_WEIGHTS[k], t - high_t, high_d, -width, 0.0)
+    else:
         add_string(moments, 1.0, t1 - low_t, low_d)
         add_string(moments, -1.0, t0 - low_t, low_d)
         add_string(moments, -1.0, t1 - high_t, high_d)
         add_string(moments, 1.0, t0 - high_t, high_d)
-        return
-    for k in range(4):
-        t, d = low_t + _NODES[k] * step_t, low_d + _NODES[k] * step_d
-        add_string_slope(moments, -_WEIGHTS[k], t1 - t, d, step_t, step_d)
-        add_string_slope(moments, _WEIGHTS[k], t0 - t, d, step_t, step_d)
 
 
 @inner

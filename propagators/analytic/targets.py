@@ -5,26 +5,22 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit, prange
 from numpy.typing import NDArray
 
-from propagators.analytic.compiling import inner
-from propagators.analytic.strings import add_beam, turn_moments
-from propagators.analytic.visibility import (
+from flatland.kernels.threads import run_shared
+from propagators.analytic.blockers import (
     TOUCH,
     Scratch,
     clip,
-    collect_arcs,
     collect_blockers,
-    collect_breaks,
     front_parts,
     make_scratch,
 )
+from propagators.analytic.compiling import inner, parties_for, shared
+from propagators.analytic.strings import add_beam, turn_moments
+from propagators.analytic.visibility import collect_arcs, collect_breaks
 
 Vector = NDArray[np.float64]
-
-#: Groups of targets that one task handles, so that its work space is made once.
-_BLOCK = 64
 
 
 @inner
@@ -63,7 +59,7 @@ def receive(
     blockers = collect_blockers(x, y, nx, ny, t0, t1, parts, count, work)
     if blockers < 0:
         return False
-    moments[:] = 0.0
+    moments.fill(0.0)
     if blockers == 0:
         add_beam(moments, t0, t1, edges[0, 0], edges[0, 1], edges[1, 0], edges[1, 1])
     else:
@@ -126,7 +122,6 @@ def _add_seen(t0: float, t1: float, seen: int, work: Scratch, moments: Vector) -
         add_beam(moments, t0, t1, low[0], low[1], high[0], high[1])
 
 
-@njit(cache=True, parallel=True, error_model="numpy")
 def collect_light(
     targets: Vector, emitters: Vector, radiance: Vector, walls: Vector, bands: int
 ) -> Vector:
@@ -135,18 +130,20 @@ def collect_light(
     targets: (G, P, 4) segments in cells, lit from their left; a group adds its P targets up.
     emitters: (E, 4). radiance: (E, C), flux per angle and cell length. walls: (S, 4), block.
     """
-    groups = targets.shape[0]
     parts, counts = front_parts(emitters, walls)
-    result = np.zeros((groups, radiance.shape[1], 2 * bands - 1))
-    for block in prange((groups + _BLOCK - 1) // _BLOCK):
-        first = block * _BLOCK
-        last = min(first + _BLOCK, groups)
-        _collect_block(targets[first:last], emitters, radiance, parts, counts, result[first:last])
+    result = np.zeros((len(targets), radiance.shape[1], 2 * bands - 1))
+
+    def collect(party: int, parties: int) -> None:
+        _collect(party, parties, targets, emitters, radiance, parts, counts, result)
+
+    run_shared(collect, parties_for(len(targets)))
     return result
 
 
-@inner
-def _collect_block(
+@shared
+def _collect(
+    party: int,
+    parties: int,
     targets: Vector,
     emitters: Vector,
     radiance: Vector,
@@ -156,7 +153,7 @@ def _collect_block(
 ) -> None:
     work = make_scratch(parts.shape[1])
     moments = np.empty(result.shape[2])
-    for g in range(targets.shape[0]):
+    for g in range(party, targets.shape[0], parties):
         for p in range(targets.shape[1]):
             for e in range(emitters.shape[0]):
                 if receive(targets[g, p], emitters[e], parts[e], counts[e], work, moments):

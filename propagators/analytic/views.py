@@ -7,8 +7,9 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from propagators.analytic.blockers import TOUCH, Scratch, clip
 from propagators.analytic.compiling import inner
-from propagators.analytic.visibility import TOUCH, Scratch, clip, collect_arcs
+from propagators.analytic.visibility import collect_arcs
 
 Vector = NDArray[np.float64]
 

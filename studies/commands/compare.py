@@ -1,0 +1,141 @@
+"""`flatland compare`: several methods beside the exact answer."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from studies.commands.options import check_stopping, method_options, whole_numbers
+
+if TYPE_CHECKING:
+    from studies.comparison import Comparison
+    from studies.running import Method
+
+#: Relative residual of the converged fields that are compared by default.
+_CONVERGED = 1e-8
+_COLUMNS = ("coefficients", "scaled", "best_scale", "scalar_flux", "net_flux", "angular", "floor")
+
+
+@click.command("compare")
+@click.argument("scene")
+@click.option(
+    "--propagator",
+    "names",
+    multiple=True,
+    metavar="NAME",
+    help="A scheme; may be repeated, and take options: lpv:flux=central. [default: lpv dom4 dom8]",
+)
+@click.option("--bands", default="2,4,8", show_default=True, help="Angular bands, a list.")
+@method_options
+@click.option(
+    "-o", "--output", type=click.Path(path_type=Path), help="Picture to write (PNG, PDF or SVG)."
+)
+@click.option("--json", "as_json", is_flag=True, help="Print JSON for machines.")
+def command(
+    scene: str,
+    names: tuple[str, ...],
+    bands: str,
+    iterations: int | None,
+    converge: float | None,
+    precision: str,
+    blocking: str,
+    output: Path | None,
+    as_json: bool,
+) -> None:
+    """Compare methods on SCENE with the exact answer: a table and, with -o, a picture.
+
+    Compares converged fields unless --iterations says otherwise.
+    """
+    from flatland.scene import load_scene
+    from propagators import create
+    from studies.comparison import compare
+    from studies.progress import steps_bar
+    from studies.running import Method
+
+    check_stopping(iterations, converge)
+    if iterations is None and converge is None:
+        converge = _CONVERGED
+    _check_ending(output)
+    loaded = load_scene(scene)
+    schemes = [create(name, **options) for name, options in map(_scheme, names or _default())]
+    counts = whole_numbers(bands, "--bands")
+    methods = [
+        Method(scheme, count, iterations, converge, precision, blocking)
+        for count in counts
+        for scheme in schemes
+    ]
+    with steps_bar(len(methods)) as done:
+        comparison = compare(loaded, methods, done)
+    click.echo(json.dumps(_record(scene, comparison), indent=1) if as_json else _table(comparison))
+    if output is not None:
+        _picture(comparison, output, as_json)
+
+
+def _default() -> tuple[str, ...]:
+    return ("lpv", "dom4", "dom8")
+
+
+def _scheme(text: str) -> tuple[str, dict[str, str]]:
+    """`name:key=value,key=value` as a name and its options."""
+    from studies.commands.options import scheme_options
+
+    name, _, rest = text.partition(":")
+    return name, scheme_options(tuple(rest.split(",")) if rest else ())
+
+
+def _check_ending(output: Path | None) -> None:
+    """Before anything is computed for a picture that could not be written."""
+    from flatland.errors import bad_input
+
+    endings = (".png", ".pdf", ".svg")
+    if output is not None and output.suffix.lower() not in endings:
+        raise bad_input("--output", str(output), "has no known ending", endings)
+
+
+def _table(comparison: Comparison) -> str:
+    from studies.comparison import MEANINGS, energy_drift
+    from studies.tables import table
+
+    rows: list[list[Any]] = []
+    for run, errors in zip(comparison.runs, comparison.errors):
+        values = [errors[column] for column in _COLUMNS]
+        label = repr(run.method.propagator)
+        rows.append([label, run.method.bands, *values, energy_drift(run), run.seconds])
+    header = ["scheme", "bands", *_COLUMNS, "drift", "seconds"]
+    lines = [table(header, rows), ""]
+    lines += [f"{column}: {MEANINGS[column]}" for column in _COLUMNS]
+    lines.append("drift: flux made (+) or lost (-) by the scheme, as a share of what was emitted")
+    lines += [f"not run: {_label(method)}: {reason}" for method, reason in comparison.failed]
+    return "\n".join(lines)
+
+
+def _label(method: Method) -> str:
+    return f"{method.propagator!r}, {method.bands} bands"
+
+
+def _record(scene: str, comparison: Comparison) -> dict[str, Any]:
+    return {
+        "scene": scene,
+        "runs": [
+            {"method": run.method.as_dict(), "seconds": run.seconds, "errors": errors}
+            for run, errors in zip(comparison.runs, comparison.errors)
+        ],
+        "failed": [
+            {"method": method.as_dict(), "reason": reason} for method, reason in comparison.failed
+        ],
+    }
+
+
+def _picture(comparison: Comparison, output: Path, quiet: bool) -> None:
+    from flatland.results import save_dataset
+    from studies.figures.comparison import comparison_data, draw_comparison
+    from studies.style import figure_style, save_figure
+
+    data = comparison_data(comparison)
+    stored = save_dataset(data, output.with_suffix(".nc"))
+    with figure_style():
+        drawn = save_figure(draw_comparison(data), output)
+    click.echo(f"wrote {drawn} and its data {stored}", err=quiet)

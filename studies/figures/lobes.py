@@ -1,0 +1,95 @@
+"""Cells drawn as polar plots of the intensity that leaves them."""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection, PolyCollection
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+from numpy.typing import NDArray
+
+from flatland.scene import parse_scene
+from studies.style import LINES, line_of
+
+Array = NDArray[np.float64]
+
+#: Lobes of a cell are scaled together, so that methods can be compared in it; cells among each
+#: other by this power of their brightness: in proportion, all but the cells at the lights would
+#: vanish.
+_COMPRESSION = 0.06
+#: Radius of the brightest lobe, in cells.
+_LARGEST = 0.49
+#: Cells darker than this, relative to the brightest, are left empty.
+_DARK = 1e-6
+
+
+def draw_lobes(axes: Axes, data: xr.Dataset, bands: int) -> None:
+    """Exact intensity in grey, every method's as a line; negative parts are not drawn.
+
+    data: as `comparison_data` makes it. Lengths in metres.
+    """
+    methods = data["intensity"].sel(bands=bands)
+    exact = data["exact"].values
+    size = _sizes(exact, methods.values)
+    angles = data["direction"].values
+    centres = np.stack(np.meshgrid(data["x"].values, data["y"].values, indexing="ij"), axis=-1)
+    spacing = float(data.attrs["spacing"])
+    outline = _outlines(np.maximum(exact, 0) * size * spacing, angles, centres)
+    axes.add_collection(PolyCollection(outline, facecolors=LINES["analytic"].colour, linewidths=0))
+    for name in methods["scheme"].values:
+        line, values = line_of(str(name)), methods.sel(scheme=name).values * size * spacing
+        curves = _outlines(np.maximum(values, 0), angles, centres)
+        look = {"colors": line.colour, "linestyles": [line.dashes], "linewidths": line.width}
+        axes.add_collection(LineCollection(curves, **look))
+    draw_scene(axes, data)
+
+
+def draw_scene(axes: Axes, data: xr.Dataset) -> None:
+    """Grid lines, lights and occluders; equal scales in metres."""
+    scene = parse_scene(data.attrs["scene"])
+    lower, upper = scene.grid.origin, scene.grid.upper
+    edges = [np.arange(n + 1) * scene.grid.spacing + o for n, o in zip(scene.grid.shape, lower)]
+    if max(scene.grid.shape) <= 40:
+        box = {"color": "#d0d0d0", "linewidth": 0.3, "zorder": 0}
+        axes.vlines(edges[0], lower[1], upper[1], **box)
+        axes.hlines(edges[1], lower[0], upper[0], **box)
+    for light in scene.lights:
+        if light.kind == "area":
+            ends = np.array([light.start, light.end])  # type: ignore[attr-defined]
+            axes.plot(*ends.T, color="#e6b800", linewidth=1.8, solid_capstyle="butt")
+    for wall in scene.segments():
+        axes.plot(*np.array([wall.start, wall.stop]).T, color="black", linewidth=1.2)
+    axes.set_xlim(lower[0], upper[0])
+    axes.set_ylim(lower[1], upper[1])
+    axes.set_aspect("equal")
+
+
+def legend_entries(names: list[str]) -> list[Patch | Line2D]:
+    """Handles for a legend of the exact answer and of methods."""
+    entries: list[Patch | Line2D] = [Patch(color=LINES["analytic"].colour, label="exact")]
+    for name in names:
+        line = line_of(name)
+        look = {"color": line.colour, "linestyle": line.dashes, "linewidth": line.width}
+        entries.append(Line2D([], [], label=name.upper(), **look))
+    return entries
+
+
+def _sizes(exact: Array, methods: Array) -> Array:
+    """Radius per unit of intensity, (nx, ny)."""
+    largest = np.maximum(np.abs(exact).max(axis=0), np.abs(methods).max(axis=(0, 1)))
+    top = float(largest.max()) or 1.0
+    lit = largest > _DARK * top
+    relative = np.where(lit, largest / top, 1.0)
+    return np.where(lit, _LARGEST * relative**_COMPRESSION / (relative * top), 0.0)
+
+
+def _outlines(radii: Array, angles: Array, centres: Array) -> list[Array]:
+    """Closed curves (K + 1, 2), one per cell with any light; radii (K, nx, ny)."""
+    closed = np.concatenate([radii, radii[:1]])
+    theta = np.append(angles, angles[0])
+    unit = np.stack([np.cos(theta), np.sin(theta)], axis=-1)
+    lit = radii.max(axis=0) > 0
+    curves = closed[:, lit].T[..., None] * unit + centres[lit][:, None, :]
+    return list(curves)

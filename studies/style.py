@@ -1,0 +1,86 @@
+"""One look for all figures: sizes, colours, and files with the same bytes from the same data."""
+
+from __future__ import annotations
+
+import io
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+import matplotlib as mpl
+from matplotlib.figure import Figure
+
+from flatland.errors import bad_input
+from flatland.results import write_atomically
+
+#: Widths of a column and of a page of text [inch].
+COLUMN, PAGE = 85 / 25.4, 175 / 25.4
+FORMATS = (".pdf", ".png", ".svg")
+
+_SETTINGS = {
+    "font.family": "DejaVu Sans",
+    "font.size": 7,
+    "axes.titlesize": 7,
+    "axes.labelsize": 7,
+    "xtick.labelsize": 6,
+    "ytick.labelsize": 6,
+    "legend.fontsize": 6,
+    "axes.linewidth": 0.5,
+    "lines.linewidth": 0.8,
+    "savefig.dpi": 300,
+    "pdf.fonttype": 42,
+    "svg.hashsalt": "flatland",
+    "image.cmap": "cividis",
+}
+
+
+@dataclass(frozen=True)
+class Line:
+    """How a method is drawn: colour from Okabe and Ito's set, told apart in grey by dashes and width."""
+
+    colour: str
+    dashes: str | tuple[float, tuple[float, ...]] = "-"
+    width: float = 0.6
+
+
+#: The cascaded LPV paper's colours for figure 5: DOM8 green, DOM4 blue, LPV red, analytic grey.
+LINES = {
+    "analytic": Line("#b0b0b0"),
+    "lpv": Line("#d55e00", width=0.9),
+    "dom4": Line("#0072b2", (0, (3, 1))),
+    "dom8": Line("#009e73", width=0.5),
+    "lpv-2009": Line("#cc79a7", (0, (4, 1, 1, 1))),
+}
+_SPARE = ("#e69f00", "#56b4e9", "#000000", "#f0e442")
+
+
+def line_of(name: str) -> Line:
+    """The style of a method; methods without one of their own get a spare colour by name."""
+    return LINES.get(name) or Line(_SPARE[sum(name.encode()) % len(_SPARE)], "-.")
+
+
+@contextmanager
+def figure_style() -> Iterator[None]:
+    """Matplotlib with this project's settings, and nothing of the user's own."""
+    with mpl.rc_context():
+        mpl.rcdefaults()
+        mpl.use("Agg")
+        mpl.rcParams.update(_SETTINGS)
+        yield
+
+
+def save_figure(figure: Figure, path: str | os.PathLike[str]) -> Path:
+    """Write a PDF, PNG or SVG, whole or not at all, without time stamps.
+
+    Raises InputError for another ending, ResultFileError if the file cannot be written.
+    """
+    target = Path(path)
+    if target.suffix.lower() not in FORMATS:
+        raise bad_input("output", str(path), "has no known ending", FORMATS)
+    metadata = {".pdf": {"CreationDate": None}, ".svg": {"Date": None}, ".png": {"Software": None}}
+    buffer = io.BytesIO()
+    form = target.suffix.lower()
+    figure.savefig(buffer, format=form[1:], metadata=metadata[form])
+    return write_atomically(target, lambda place: place.write_bytes(buffer.getvalue()))
