@@ -56,9 +56,7 @@ def main(arguments: list[str] | None = None) -> None:
 
 def _run(arguments: list[str] | None) -> int:
     try:
-        flatland.main(args=arguments, standalone_mode=False)
-    except click.exceptions.Exit as leave:
-        return leave.exit_code
+        code = flatland.main(args=arguments, standalone_mode=False)
     except click.ClickException as error:
         error.show()
         return BAD_INPUT
@@ -71,7 +69,7 @@ def _run(arguments: list[str] | None) -> int:
         return 0
     except Exception as error:  # noqa: BLE001 - the last place before a user would see a traceback
         return _report(error)
-    return 0
+    return code if isinstance(code, int) else 0
 
 
 def _report(error: Exception) -> int:

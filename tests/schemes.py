@@ -4,13 +4,11 @@ import itertools
 import warnings
 from functools import cache
 
-import numpy as np
 import pytest
 
 import propagators
 from flatland.errors import SchemeWarning
 from flatland.harmonics import basis_for
-from flatland.kernels import Layout, Sweep
 from flatland.scene import Scene
 from flatland.simulation import Simulation
 
@@ -82,27 +80,3 @@ def lobe_scene(shape, cell=None, direction=None, flux=1.0):
         "flux": flux,
     }
     return Scene.from_dict({"grid": {"shape": shape}, "light": [light]})
-
-
-class Stepper:
-    """A compiled sweep that takes and gives plain arrays (size, *shape)."""
-
-    def __init__(self, stencil, shape, transmittance=None, sums=(0,), dtype=np.float64):
-        self.layout = Layout(tuple(shape), stencil.basis.size, np.dtype(dtype))
-        self.sweep = Sweep(stencil, self.layout, transmittance, sums)
-
-    def buffer(self, values=0.0):
-        buffer = self.layout.allocate()
-        self.layout.view(buffer)[...] = values
-        return buffer
-
-    def steps(self, values, count=1):
-        """Newest light, sum of all light that arrived, and what the steps report."""
-        source, target, total = self.buffer(values), self.buffer(), self.buffer()
-        sums = self.sweep.steps(source, target, total, count)
-        newest = target if count % 2 else source
-        return self.layout.view(newest).copy(), self.layout.view(total).copy(), sums
-
-    def step(self, values):
-        """The light after one step."""
-        return self.steps(values)[0]

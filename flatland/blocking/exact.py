@@ -1,4 +1,28 @@
-"""Exact blocking: the share of a beam between two cells that no wall cuts (numerics §5)."""
+r"""Exact blocking: the share of a beam between two cells that no wall cuts.
+
+::
+
+    +-------+-------+    The beam of a link, here (0, 0) -> (1, 1), is the slanted square: rays
+    |     / | \     |    along d, from the line through one centre (*) to the line through the
+    |   /   |   *   |    other, both across d, as wide as the cell looks along d,
+    | /     |     \ |    (|d_x| + |d_y|)/|d| cells. Its centre ray joins the centres.
+    +-------+-------+
+    | \     |     / |    Along an axis the beam is a square of one cell, half in each of the two
+    |   *   |   /   |    cells that it links.
+    |     \ | /     |
+    +-------+-------+
+
+Area (numerics §5): walls, clipped to the beam, are projected along d; τ is the part of the
+cross-section that is left. Closed form; overlaps count once. A beam's borders belong to it, so a
+wall exactly through centres counts for the links on both of its sides.
+
+Centre ray (this project's own rule): τ = 0 where walls reach the centre ray, ends included, from
+both of its sides, or lie on it and are left by another wall. Every path of centres out of a
+closed wall has such a link, so closed walls are tight, slanted ones too, and a straight wall
+through a centre shuts all links of that cell but those along it. Two things do not shut a link:
+a wall that only touches the ray from one side, with an end or a corner, and one that only lies
+on it, because light runs along it.
+"""
 
 from __future__ import annotations
 
@@ -19,6 +43,8 @@ Cells = NDArray[np.int64]
 #: Coordinates this close (in beam sizes: cells, or their diagonals) to a multiple of 1/2 are
 #: rounding: walls on grid lines and through centres lie exactly there.
 SNAP = 1e-9
+#: Cells around the grid that links out of it reach into, and one more.
+_MARGIN = 2.0
 
 
 def exact_transmittance(
@@ -26,44 +52,25 @@ def exact_transmittance(
 ) -> Array | None:
     """τ(x, d): the share of the light that leaves cell x along offset d and that no wall cuts.
 
-    ::
-
-        +---+---+---+      the beam of link (0,0) -> (1,1): rays along d from the line through
-        |   | /.:\\ |      one centre to the line through the other (both perpendicular to d),
-        +---+:./:*--+      as wide as the cell looks along d, (|d_x| + |d_y|)/|d| cells;
-        | \\:*..:/ |      * centres, the centre ray joins them
-        +---+---+---+
-
     segments: opaque walls, in world coordinates, seen from both sides; they may stick out of the
-    grid. offsets: (K, 2), each one of the 8 neighbours. Returns (K, *grid.shape), or None where
-    no wall meets any link, so that a run needs no blocking arithmetic. A link out of the grid is
-    a link like any other. Raises InputError for grids that are not 2D, other offsets, and walls
+    grid, and one without length cuts nothing. offsets: (K, 2), each one of the 8 neighbours.
+    Returns (K, *grid.shape), or None where no wall meets any link, so that a run needs no blocking
+    arithmetic. A link out of the grid is a link like any other. τ(x, d) = τ(x + d, −d) holds to
+    the last bit. Raises InputError for grids that are not 2D, for other offsets and for walls
     without finite ends.
 
-    τ is the part of the beam's cross-section that is left when the walls, clipped to the beam,
-    are projected along d: closed form, overlaps counted once (numerics §5). Both borders of the
-    beam belong to it, so a wall exactly through centres counts for the links on both its sides.
-
-    The centre-ray rule is this project's own: τ = 0 where walls reach the ray between the two
-    centres (ends included) from both its sides, or lie on it and are left by another wall. Every
-    path of centres out of a closed wall has such a link, so closed walls are tight, slanted ones
-    too, and a wall through a centre shuts all links of that cell except those along it. What does
-    not shut a link: a wall that ends or has a corner on the centre ray but stays on one side of
-    it, and a wall that lies on the ray (light runs along it). A wall without length cuts nothing.
-    Distances up to 1e-7 of a beam count as touching.
-
-    τ(x, d) = τ(x + d, −d) holds to the last bit: both are one link, computed once.
-
-    What this gets wrong. A partly cut link forgets where in the cell the light was: two walls in
-    a row that both cover 0.4 of a beam pass 0.36 where 0.6 would get through. The centre-ray rule
-    darkens free ends: averaged over its position, a wall's end reaches 1/8 of a beam's width too
-    far, so a slit of w cells passes about 1 − 1/(4 w) of what it should (nothing is lost where
-    walls end on cell corners).
+    What it gets wrong. A partly cut link forgets where in the cell the light was: two walls in a
+    row that both cover 0.4 of a beam pass 0.36 where 0.6 gets through. The centre-ray rule
+    darkens: averaged over its position, a free end reaches 1/8 of a beam too far, so a slit of
+    w cells passes about 1 − 1/(4 w) of what it should (all of it if its ends are cell corners).
+    Measured with DOM8 against the areas alone: 6 % less light behind a slit of 4 cells, 9 to
+    15 % less in all among 20 to 50 slanted walls of 2 to 8 cells in 64 x 64 cells. The areas
+    alone let 10 % of the light out of a slanted closed box of 10 cells.
     """
     steps = _checked_offsets(grid, offsets)
-    walls = _walls(grid, segments)
+    walls = _clipped(_walls(grid, segments), grid.shape)
     tau = np.ones((len(steps), *grid.shape))
-    for direction in np.unique([_forward(step) for step in steps], axis=0) if len(walls) else ():
+    for direction in np.unique([_forward(step) for step in steps], axis=0):
         sources, shares = _links(walls, direction, grid.shape)
         for open_share, step in zip(tau, steps):
             if np.array_equal(step, direction):
@@ -77,8 +84,8 @@ def _checked_offsets(grid: Grid, offsets: ArrayLike) -> Cells:
     steps = np.asarray(offsets)
     if grid.dimension != 2:
         raise bad_input("grid", grid.shape, "must be 2D")
-    neighbours = steps.ndim == 2 and steps.shape[1] == 2 and len(steps) > 0
-    if not neighbours or not np.all(np.isin(steps, (-1, 0, 1)) & steps.any(axis=1)[:, None]):
+    listed = steps.ndim == 2 and steps.shape[1] == 2 and len(steps) > 0
+    if not (listed and np.isin(steps, (-1, 0, 1)).all() and (steps != 0).any(axis=1).all()):
         raise bad_input("offsets", offsets, "must be (K, 2) steps of -1, 0 or 1, none of them zero")
     return steps.astype(np.int64)
 
@@ -93,6 +100,27 @@ def _walls(grid: Grid, segments: Sequence[Segment]) -> Array:
     return grid.to_cells(ends)
 
 
+def _clipped(walls: Array, shape: tuple[int, ...]) -> Array:
+    """The parts of walls near the grid: ends far away cost work and digits."""
+    start, along = walls[:, 0], walls[:, 1] - walls[:, 0]
+    with np.errstate(all="ignore"):
+        one, other = (-_MARGIN - start) / along, (np.array(shape) + _MARGIN - start) / along
+    # fmin and fmax: 0/0 where a wall runs along the border, which limits nothing.
+    first = np.maximum(np.fmin(one, other).max(axis=1, initial=0), 0)
+    last = np.minimum(np.fmax(one, other).min(axis=1, initial=1), 1)
+    near = first < last
+    walls, along = walls[near], along[near]
+    # Ends that stay are kept to the last bit.
+    parts = [(first[near, None], 0.0), (last[near, None], 1.0)]
+    return np.stack(
+        [
+            np.where(part == end, walls[:, int(end)], walls[:, 0] + part * along)
+            for part, end in parts
+        ],
+        axis=1,
+    )
+
+
 def _forward(step: Cells) -> tuple[int, int]:
     """The one of ±step that points to larger x, or straight up."""
     x, y = int(step[0]), int(step[1])
@@ -104,7 +132,7 @@ def _links(walls: Array, direction: Cells, shape: tuple[int, ...]) -> tuple[Cell
 
     Sources lie in the grid or in the ring of cells around it.
     """
-    parts = list(_records(walls, direction, shape))
+    parts = list(_records(walls, direction))
     cells, spans, sides = (np.concatenate(column) for column in zip(*parts))
     near = np.all((cells >= -1) & (cells <= shape), axis=1)
     padded = (shape[0] + 2, shape[1] + 2)
@@ -113,9 +141,7 @@ def _links(walls: Array, direction: Cells, shape: tuple[int, ...]) -> tuple[Cell
     return np.stack(np.unravel_index(links, padded), axis=1) - 1, shares
 
 
-def _records(
-    walls: Array, direction: Cells, shape: tuple[int, ...]
-) -> Iterator[tuple[Cells, Array, NDArray[np.uint8]]]:
+def _records(walls: Array, direction: Cells) -> Iterator[tuple[Cells, Array, NDArray[np.uint8]]]:
     """What each wall does to each beam along a direction: source cell, span, sides.
 
     Axial beams tile the plane. Diagonal ones are twice as dense: those that start on cells of
@@ -124,13 +150,10 @@ def _records(
     side = np.array([-direction[1], direction[0]])
     axes = np.stack([direction, side])
     size = int(direction @ direction)
-    ring = np.array([(x, y) for x in (-1, shape[0]) for y in (-1, shape[1])])
     for first in np.array([(0, 0), (0, 1)])[:size]:
         # In this frame the first cell's centre lies at (0, 1/2).
         frame = (walls - first - 0.5) @ axes.T / size + (0.0, 0.5)
-        corners = (ring - first) @ axes.T // size
-        bounds = np.stack([corners.min(axis=0), corners.max(axis=0) + 1], axis=1).ravel()
-        tiles, spans, sides = cut_tiles(_snapped(frame).reshape(-1, 4), bounds)
+        tiles, spans, sides = cut_tiles(_snapped(frame).reshape(-1, 4))
         yield first + tiles @ axes, spans, sides
 
 

@@ -27,17 +27,15 @@ _inner = njit(cache=True, error_model="numpy", no_cpython_wrapper=True, no_cfunc
 
 
 @_compiled
-def cut_tiles(
-    walls: Array, bounds: NDArray[np.int64]
-) -> tuple[NDArray[np.int64], Array, NDArray[np.uint8]]:
+def cut_tiles(walls: Array) -> tuple[NDArray[np.int64], Array, NDArray[np.uint8]]:
     """What every wall does to every beam that it meets.
 
-    walls: (S, 4), ends a0, b0, a1, b1. bounds: first and last A, first and last B of interest.
-    Returns tiles (M, 2), spans (M, 2): the part of 0 … 1 across the beam that the wall covers,
-    and sides (M,): how the wall reaches the centre ray (a sum of ABOVE, BELOW, ALONG), or 0.
+    walls: (S, 4), ends a0, b0, a1, b1. Returns tiles (M, 2); spans (M, 2), the part of 0 … 1
+    across the beam that the wall covers; and sides (M,), how the wall reaches the centre ray: a
+    sum of ABOVE, BELOW and ALONG, or 0.
     Walks along each wall: work and memory are proportional to M.
     """
-    capacity = _capacity(walls, bounds)
+    capacity = _capacity(walls)
     tiles = np.empty((capacity, 2), np.int64)
     spans = np.empty((capacity, 2))
     sides = np.empty(capacity, np.uint8)
@@ -46,18 +44,13 @@ def cut_tiles(
         a0, b0, a1, b1 = walls[wall, 0], walls[wall, 1], walls[wall, 2], walls[wall, 3]
         if b0 > b1:
             a0, b0, a1, b1 = a1, b1, a0, b0
-        # Compared as floats: a far end may not fit into an integer.
-        first_row = int(max(math.floor(b0), float(bounds[2])))
-        last_row = int(min(math.floor(b1), float(bounds[3])))
-        for row in range(first_row, last_row + 1):
+        for row in range(math.floor(b0), math.floor(b1) + 1):
             low, high = max(b0, float(row)), min(b1, row + 1.0)
             # The ends themselves, not interpolated: a wall on a grid line stays on it.
             start = a0 if low == b0 else a0 + (low - b0) * (a1 - a0) / (b1 - b0)
             stop = a1 if high == b1 else a0 + (high - b0) * (a1 - a0) / (b1 - b0)
             near, far = min(start, stop) - TOUCH, max(start, stop) + TOUCH
-            first = int(max(math.floor(near), float(bounds[0])))
-            last = int(min(math.floor(far), float(bounds[1])))
-            for column in range(first, last + 1):
+            for column in range(math.floor(near), math.floor(far) + 1):
                 lower, upper = _span(start, low, stop, high, column)
                 side = _sides(a0, b0, a1, b1, column, row + 0.5)
                 if upper > lower or side != 0:
@@ -69,13 +62,12 @@ def cut_tiles(
 
 
 @_inner
-def _capacity(walls: Array, bounds: NDArray[np.int64]) -> int:
+def _capacity(walls: Array) -> int:
     """An upper limit of the beams met: a row of length r along a meets at most r + 2 columns."""
-    columns, rows = bounds[1] - bounds[0] + 1, bounds[3] - bounds[2] + 1
-    most = 16
+    most = 0
     for wall in range(walls.shape[0]):
-        along = min(abs(walls[wall, 2] - walls[wall, 0]), float(columns))
-        across = min(abs(walls[wall, 3] - walls[wall, 1]), float(rows))
+        along = abs(walls[wall, 2] - walls[wall, 0])
+        across = abs(walls[wall, 3] - walls[wall, 1])
         most += int(along) + 2 * int(across) + 9
     return most
 

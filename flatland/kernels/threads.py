@@ -24,7 +24,7 @@ def thread_count() -> int:
     if wanted is None:
         affinity = getattr(os, "sched_getaffinity", None)
         return len(affinity(0)) if affinity else (os.cpu_count() or 1)
-    if not wanted.isdigit() or int(wanted) < 1:
+    if not wanted.isdecimal() or int(wanted) < 1:
         raise bad_input("FLATLAND_THREADS", wanted, "must be a whole number, at least 1")
     return int(wanted)
 

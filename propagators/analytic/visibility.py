@@ -28,10 +28,6 @@ def collect_breaks(t0: float, t1: float, blockers: int, work: Scratch, breaks: V
     inside[0], inside[1], visible = 0, 1, 2
     count = 0
     for v in range(2, 2 + 2 * blockers):
-        if edges[v, 1] <= TOUCH and t0 < edges[v, 0] < t1:
-            if count < breaks.size:
-                breaks[count] = edges[v, 0]
-            count += 1
         if side(t0, edges, v, 0) >= -TOUCH and side(t1, edges, v, 1) <= TOUCH:
             inside[visible] = v
             visible += 1

@@ -83,6 +83,15 @@ def test_books_by_colour_add_up_like_the_spectrum():
     np.testing.assert_allclose(ledger.closure, 0, atol=ROUNDING)
 
 
+def test_a_wall_on_the_border_up_to_rounding_takes_the_light_that_would_leave():
+    # 0.1 * 3 lies beyond the border of three cells of 0.1, by rounding.
+    wall = ((3, 0), (3, 3))
+    scene = make_scene((3, 3), [((0.5, 2), (0.5, 1), 1.0)], [wall], spacing=0.1)
+    assert scene.grid.to_cells(scene.segments()[0].start)[0] > 3
+    expected = np.hypot(2.5, 2) - np.hypot(2.5, 1)  # crossed strings
+    assert Analytic().absorbed(scene)[0] == pytest.approx(expected, abs=1e-14)
+
+
 def test_absorbed_flux_by_segment_sums_to_the_books():
     dark = Analytic().energy(make_scene()).absorbed
     walls = Analytic().absorbed(make_scene())

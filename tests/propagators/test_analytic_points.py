@@ -81,6 +81,16 @@ def test_a_wall_takes_its_arc_out_of_the_series():
     np.testing.assert_allclose(values, series - hidden, rtol=0, atol=1e-14)
 
 
+def test_a_wall_through_a_point_hides_nothing():
+    series = np.random.default_rng(3).normal(size=5)
+    scene, free = series_scene(series, [((0.2, 0.6), (0.6, 0.8))]), series_scene(series)
+    values = Analytic().solve(scene, 3).values[:, 0, 0]
+    np.testing.assert_allclose(values, series, rtol=0, atol=1e-14)
+    directions = [[0.6, 0.8], [-1, 0], [0, -1]]
+    intensities = (Analytic().intensity(each, directions) for each in (scene, free))
+    np.testing.assert_allclose(*intensities)
+
+
 def test_intensity_of_a_point_counts_in_every_cell_its_ray_leaves():
     scene = make_scene(lights=(), walls=[((5.2, 0), (5.2, 8))], points=[CELL])
     intensity = Analytic().intensity(scene, [[1, 0], [0, -1]])

@@ -1,9 +1,12 @@
-"""One step written for the reader: every cell sends, light is added where it arrives."""
+"""Steps on plain arrays (size, *shape): written for the reader, and the engine's."""
 
 from dataclasses import dataclass
 
 import numpy as np
 from scipy import sparse
+
+from flatland.kernels import Layout, Sweep
+from flatland.stencil import Stencil
 
 
 @dataclass
@@ -66,3 +69,43 @@ def operator(stencil, shape, transmittance=None):
         share = np.ones(cells) if transmittance is None else transmittance[d].ravel()
         total = total + sparse.kron(stencil.transfer[d], shift @ sparse.diags_array(share))
     return total.tocsr()
+
+class Stepper:
+    """A compiled sweep that takes and gives plain arrays (size, *shape)."""
+
+    def __init__(self, stencil, shape, transmittance=None, sums=(0,), dtype=np.float64):
+        self.layout = Layout(tuple(shape), stencil.basis.size, np.dtype(dtype))
+        self.sweep = Sweep(stencil, self.layout, transmittance, sums)
+
+    def buffer(self, values=0.0):
+        buffer = self.layout.allocate()
+        self.layout.view(buffer)[...] = values
+        return buffer
+
+    def steps(self, values, count=1):
+        """Newest light, sum of all light that arrived, and what the steps report."""
+        source, target, total = self.buffer(values), self.buffer(), self.buffer()
+        sums = self.sweep.steps(source, target, total, count)
+        newest = target if count % 2 else source
+        return self.layout.view(newest).copy(), self.layout.view(total).copy(), sums
+
+    def step(self, values):
+        """The light after one step."""
+        return self.steps(values)[0]
+
+
+def random_stencil(rng, basis, offsets, faces=0, clamp=False):
+    """A made-up scheme whose light stays near its size; with `faces`, one that can be clamped."""
+    count, size = len(offsets), basis.size
+    if not faces:
+        return Stencil(basis, offsets, rng.normal(size=(count, size, size)) / (count * size) ** 0.5)
+    reception = rng.normal(size=(count, faces, size)) / size**0.5
+    emission = rng.normal(size=(count, size, faces)) / (count * faces) ** 0.5
+    return Stencil.from_faces(basis, offsets, reception, emission, clamp)
+
+
+def neighbours(dimension, diagonal=True):
+    """Offsets to all neighbours of a cell, or to the axial ones alone."""
+    offsets = np.argwhere(np.ones((3,) * dimension)) - 1
+    length = np.abs(offsets).sum(axis=1)
+    return offsets[length > 0 if diagonal else length == 1]

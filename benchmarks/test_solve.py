@@ -1,0 +1,60 @@
+"""The converged field against stepping there."""
+
+from __future__ import annotations
+
+import time
+
+import numpy as np
+import pytest
+from conftest import median_seconds
+
+import propagators
+from flatland import Scene, Simulation
+
+
+def _room(side: int) -> Scene:
+    light = {"kind": "area", "start": [0.3 * side, 1.0], "end": [0.6 * side, 1.0], "flux": 5.0}
+    return Scene.from_dict({"grid": {"shape": [side, side]}, "light": [light]})
+
+
+def test_solve_is_a_hundred_times_faster_than_stepping(report):
+    """Both to a true relative error of 1e-6 in S_A, N = 128, n = 2, LPV, float64."""
+    simulation = Simulation(_room(128), propagators.create("lpv"), bands=2)
+    simulation.solve(1e-12)
+    exact = simulation.accumulated.values.copy()
+
+    def error() -> float:
+        return float(np.linalg.norm(simulation.accumulated.values - exact) / np.linalg.norm(exact))
+
+    simulation.inject()
+    seconds = 0.0
+    while error() > 1e-6:
+        begin = time.perf_counter()
+        simulation.run(256)
+        seconds += time.perf_counter() - begin
+    steps = simulation.iteration
+    solve = median_seconds(lambda: simulation.solve(1e-6), 20)
+    assert error() <= 1e-6
+    applications = simulation.solve(1e-6).applications
+    report(
+        f"lpv 2 bands, 128²: {steps} steps take {seconds * 1e3:.0f} ms, solve {solve * 1e3:.1f} ms "
+        f"({applications} applications): {seconds / solve:.0f} times faster"
+    )
+    assert seconds >= 100 * solve
+
+
+@pytest.mark.parametrize("name", ["lpv", "dom4", "dom8"])
+def test_applications_by_size(name, report):
+    """How the work to 1e-8 grows with the grid."""
+    counts = {}
+    for side in (32, 64, 128):
+        simulation = Simulation(_room(side), propagators.create(name), bands=2)
+        result = simulation.solve(1e-8)
+        again = median_seconds(lambda run=simulation: run.solve(1e-8), 3)
+        counts[side] = result.applications
+        report(
+            f"{name} {side}²: {result.applications} applications by {result.method}, "
+            f"{again * 1e3:.1f} ms, residual {result.residual:.1e}"
+        )
+    if name == "lpv":
+        assert counts[128] <= 1.5 * counts[32]
