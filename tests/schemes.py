@@ -14,7 +14,6 @@ from flatland.simulation import Simulation
 
 #: Bands at which two combinations of options are compared; enough to tell all samples apart.
 TELLING_BANDS = {2: 5, 3: 3}
-SHAPES = {2: (5, 7), 3: (4, 3, 5)}
 
 
 def stencil_classes():

@@ -70,6 +70,7 @@ def operator(stencil, shape, transmittance=None):
         total = total + sparse.kron(stencil.transfer[d], shift @ sparse.diags_array(share))
     return total.tocsr()
 
+
 class Stepper:
     """A compiled sweep that takes and gives plain arrays (size, *shape)."""
 

@@ -102,23 +102,19 @@ def _walls(grid: Grid, segments: Sequence[Segment]) -> Array:
 
 def _clipped(walls: Array, shape: tuple[int, ...]) -> Array:
     """The parts of walls near the grid: ends far away cost work and digits."""
-    start, along = walls[:, 0], walls[:, 1] - walls[:, 0]
+    start, stop = walls[:, 0], walls[:, 1]
     with np.errstate(all="ignore"):
-        one, other = (-_MARGIN - start) / along, (np.array(shape) + _MARGIN - start) / along
+        one = (-_MARGIN - start) / (stop - start)
+        other = (np.array(shape) + _MARGIN - start) / (stop - start)
     # fmin and fmax: 0/0 where a wall runs along the border, which limits nothing.
-    first = np.maximum(np.fmin(one, other).max(axis=1, initial=0), 0)
-    last = np.minimum(np.fmax(one, other).min(axis=1, initial=1), 1)
+    first = np.maximum(np.fmin(one, other).max(axis=1), 0.0)
+    last = np.minimum(np.fmax(one, other).min(axis=1), 1.0)
     near = first < last
-    walls, along = walls[near], along[near]
+    start, stop, first, last = start[near], stop[near], first[near, None], last[near, None]
     # Ends that stay are kept to the last bit.
-    parts = [(first[near, None], 0.0), (last[near, None], 1.0)]
-    return np.stack(
-        [
-            np.where(part == end, walls[:, int(end)], walls[:, 0] + part * along)
-            for part, end in parts
-        ],
-        axis=1,
-    )
+    enter = np.where(first > 0, start + first * (stop - start), start)
+    leave = np.where(last < 1, start + last * (stop - start), stop)
+    return np.stack([enter, leave], axis=1)
 
 
 def _forward(step: Cells) -> tuple[int, int]:

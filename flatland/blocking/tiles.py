@@ -32,7 +32,7 @@ def cut_tiles(walls: Array) -> tuple[NDArray[np.int64], Array, NDArray[np.uint8]
 
     walls: (S, 4), ends a0, b0, a1, b1. Returns tiles (M, 2); spans (M, 2), the part of 0 … 1
     across the beam that the wall covers; and sides (M,), how the wall reaches the centre ray: a
-    sum of ABOVE, BELOW and ALONG, or 0.
+    sum of ABOVE, BELOW and ALONG, or 0. A wall without length does nothing.
     Walks along each wall: work and memory are proportional to M.
     """
     capacity = _capacity(walls)
@@ -42,6 +42,8 @@ def cut_tiles(walls: Array) -> tuple[NDArray[np.int64], Array, NDArray[np.uint8]
     count = 0
     for wall in range(walls.shape[0]):
         a0, b0, a1, b1 = walls[wall, 0], walls[wall, 1], walls[wall, 2], walls[wall, 3]
+        if a0 == a1 and b0 == b1:
+            continue
         if b0 > b1:
             a0, b0, a1, b1 = a1, b1, a0, b0
         for row in range(math.floor(b0), math.floor(b1) + 1):

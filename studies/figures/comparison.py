@@ -16,7 +16,7 @@ from studies.figures.lobes import draw_lobes, draw_scene, legend_entries
 from studies.style import COLUMN
 
 #: Longest side, in cells, of a grid whose lobes can still be told apart in a column.
-LARGEST_FOR_LOBES = 40
+LARGEST_FOR_LOBES = 20
 
 
 def comparison_data(comparison: Comparison) -> xr.Dataset:
@@ -86,8 +86,10 @@ def _draw_flux(data: xr.Dataset) -> Figure:
     bands = [int(n) for n in data["bands"].values]
     top = float(exact.max()) or 1.0
     scale = LogNorm(top * 1e-4, top)
-    panel = COLUMN * 0.8
-    figure = Figure(figsize=(panel * len(columns), panel * len(bands)), layout="constrained")
+    wide = COLUMN * 0.6
+    tall = wide * data.sizes["y"] / data.sizes["x"] + 0.2
+    size = (wide * len(columns) + 0.6, tall * len(bands) + 0.2)
+    figure = Figure(figsize=size, layout="constrained")
     grid = figure.subplots(len(bands), len(columns), squeeze=False)
     for row, n in zip(grid, bands):
         for axes, name in zip(row, columns):
@@ -98,11 +100,11 @@ def _draw_flux(data: xr.Dataset) -> Figure:
             extent = _extent(data)
             shown = np.maximum(flux.T, top * 1e-4)
             image = axes.imshow(shown, origin="lower", extent=extent, norm=scale)
-            draw_scene(axes, data)
+            draw_scene(axes, data, cells=False)
             axes.set_title(name.upper() if name != "exact" else "exact")
             axes.set_xlabel("x [m]")
         row[0].set_ylabel(f"{n} bands: y [m]")
-    figure.colorbar(image, ax=grid, label="flux that leaves a cell [W]", shrink=0.8)
+    figure.colorbar(image, ax=grid, label="flux that leaves a cell [W]", aspect=40, pad=0.01)
     return figure
 
 

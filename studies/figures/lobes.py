@@ -46,12 +46,12 @@ def draw_lobes(axes: Axes, data: xr.Dataset, bands: int) -> None:
     draw_scene(axes, data)
 
 
-def draw_scene(axes: Axes, data: xr.Dataset) -> None:
-    """Grid lines, lights and occluders; equal scales in metres."""
+def draw_scene(axes: Axes, data: xr.Dataset, cells: bool = True) -> None:
+    """Borders of cells if wanted, lights and occluders; equal scales in metres."""
     scene = parse_scene(data.attrs["scene"])
     lower, upper = scene.grid.origin, scene.grid.upper
     edges = [np.arange(n + 1) * scene.grid.spacing + o for n, o in zip(scene.grid.shape, lower)]
-    if max(scene.grid.shape) <= 40:
+    if cells:
         box = {"color": "#d0d0d0", "linewidth": 0.3, "zorder": 0}
         axes.vlines(edges[0], lower[1], upper[1], **box)
         axes.hlines(edges[1], lower[0], upper[0], **box)

@@ -52,6 +52,7 @@ def test_no_walls_give_none():
         pytest.param((30, 0, 31, 4), id="far away"),
         pytest.param((2, 9, 7, 9), id="above"),
         pytest.param((2.3, 1.2, 2.3, 1.2), id="without length"),
+        pytest.param((2, 1.5, 2, 1.5), id="without length, on a centre ray"),
     ],
 )
 def test_walls_that_meet_no_link_give_none(wall):

@@ -89,9 +89,7 @@ def test_more_coefficients_than_registers_are_swept_in_parts(clamp, rng):
 @open_or_blocked
 @linear_or_clamped
 @every_precision
-def test_matrix_products_do_what_a_plain_step_does(
-    shape, blocked, clamp, dtype, rng, by_matrices
-):
+def test_matrix_products_do_what_a_plain_step_does(shape, blocked, clamp, dtype, rng, by_matrices):
     basis = CircularHarmonics(2) if len(shape) == 2 else SphericalHarmonics(2)
     stencil = random_stencil(rng, basis, neighbours(len(shape)), faces=2, clamp=clamp)
     values, transmittance = random_case(rng, stencil, shape, blocked)
