@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import matplotlib as mpl
 from matplotlib.figure import Figure
@@ -19,7 +20,7 @@ from flatland.results import write_atomically
 COLUMN, PAGE = 85 / 25.4, 175 / 25.4
 FORMATS = (".pdf", ".png", ".svg")
 
-_SETTINGS = {
+_SETTINGS: dict[Any, Any] = {
     "font.family": "DejaVu Sans",
     "font.size": 7,
     "axes.titlesize": 7,
@@ -38,7 +39,7 @@ _SETTINGS = {
 
 @dataclass(frozen=True)
 class Line:
-    """How a method is drawn: colour from Okabe and Ito's set, told apart in grey by dashes and width."""
+    """How a method is drawn: a colour of Okabe and Ito's set; in grey, dashes and width tell."""
 
     colour: str
     dashes: str | tuple[float, tuple[float, ...]] = "-"

@@ -41,7 +41,7 @@ class CircularHarmonics(AngularBasis):
     def clamped_cosine(self, normals: ArrayLike) -> Array:
         """Closed form (numerics §2): √(2/π); (√π/2) for m = 1; 2(−1)^{m/2+1}/((m²−1)√π), m even."""
         unit = self._unit(normals, "normals")
-        angles = np.asarray(np.arctan2(unit[..., 1], unit[..., 0]))
+        angles: Array = np.asarray(np.arctan2(unit[..., 1], unit[..., 0]))
         theta = angles[..., None] * np.arange(1, self.bands)
         amplitude = clamped_cosine_amplitudes(self.bands)
         return self._interleave(
@@ -83,8 +83,8 @@ class CircularHarmonics(AngularBasis):
         gram = np.where(both, 0.5 * (cos_difference - cos_sum), gram)
         gram = np.where(is_sine[:, None] & ~is_sine, 0.5 * (sin_sum + sin_difference), gram)
         gram = np.where(~is_sine[:, None] & is_sine, 0.5 * (sin_sum - sin_difference), gram)
-        norm = np.where(m == 0, np.sqrt(2 * np.pi), np.sqrt(np.pi))
-        return gram / (norm[:, None] * norm)
+        norm = np.sqrt(np.pi * (1.0 + (m == 0)))
+        return np.asarray(gram / np.multiply.outer(norm, norm))
 
     def quadrature(self, degree: int) -> tuple[Array, Array]:
         count = 2 * (degree // 2 + 1)

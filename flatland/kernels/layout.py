@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -77,7 +78,7 @@ class Layout:
         """Position in a buffer of the first component of cells (M, dimension)."""
         return self.front + cells @ np.asarray(self.strides)
 
-    def allocate(self) -> NDArray[np.floating]:
+    def allocate(self) -> NDArray[Any]:
         """A buffer (size,) of zeros, aligned to the vector size."""
         raw = np.zeros(self.size + self.lanes, self.dtype)
         start = (-(raw.ctypes.data // self.dtype.itemsize)) % self.lanes

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-Buffer = NDArray[np.floating]
+#: Numbers of a field in float32 or float64, border included.
+Buffer = NDArray[Any]
 
 
 @dataclass(frozen=True)

@@ -39,7 +39,7 @@ class Sweep:
         self,
         stencil: Stencil,
         layout: Layout,
-        transmittance: NDArray[np.floating] | None = None,
+        transmittance: NDArray[np.float64] | None = None,
         sums: tuple[int, ...] = (0,),
     ) -> None:
         self.stencil, self.layout = stencil, layout
@@ -155,7 +155,7 @@ class Sweep:
     def _parties(self, worth: int) -> int:
         return min(thread_count(), self.layout.rows) if self._work > worth else 1
 
-    def _padded(self, transmittance: NDArray[np.floating] | None) -> Buffer | None:
+    def _padded(self, transmittance: NDArray[np.float64] | None) -> Buffer | None:
         """τ in the layout of the fields, its border 1 (only zeros come from there)."""
         if transmittance is None:
             return None
@@ -166,7 +166,7 @@ class Sweep:
 
 
 def _border(
-    stencil: Stencil, layout: Layout, transmittance: NDArray[np.floating] | None
+    stencil: Stencil, layout: Layout, transmittance: NDArray[np.float64] | None
 ) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
     """Cells from which light leaves the grid, as positions, and how much of each coefficient.
 

@@ -7,17 +7,15 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from flatland.errors import ConvergenceError, InstabilityError, bad_input
 from flatland.kernels import Layout, Sweep
+from flatland.kernels.reports import Buffer
 from flatland.solvers.bicgstab import Operator, bicgstab
 from flatland.solvers.factorization import factorization, is_factorized
 from flatland.solvers.multigrid import Multigrid
 from flatland.solvers.vectors import norm
 from flatland.stencil import RADIUS_TOLERANCE
-
-Buffer = NDArray[np.floating]
 
 METHODS = ("auto", "multigrid", "stepping", "krylov", "factorization")
 #: Iterations after which a Krylov method is taken to have stalled.

@@ -8,6 +8,7 @@ moves it outwards on each level, and the cycle diverges).
 from __future__ import annotations
 
 import itertools
+from typing import Any
 
 import numpy as np
 from numba import njit
@@ -33,7 +34,7 @@ class Transfer:
         leading = list(np.ndindex(coarse.shape[:-1]))
         steps = list(itertools.product((0, 1, 2), repeat=len(fine.shape) - 1))
         self.gather_rows = np.array(
-            [[_row(fine, 2 * np.array(c) + s) for s in steps] for c in leading]
+            [[_row(fine, 2 * np.array(c, int) + s) for s in steps] for c in leading]
         )
         self.gather_weights = np.array([dtype(_product((0.25, 0.5, 0.25), s)) for s in steps])
         self.coarse_rows = np.array([_row(coarse, np.array(c)) for c in leading])
@@ -68,7 +69,7 @@ class Transfer:
         )  # fmt: skip
 
 
-def _row(layout: Layout, leading: NDArray[np.integer]) -> int:
+def _row(layout: Layout, leading: NDArray[Any]) -> int:
     """Position of the first cell of a row."""
     return layout.front + layout.shift((*leading, 0))
 

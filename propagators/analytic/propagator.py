@@ -37,8 +37,9 @@ class Analytic(Propagator):
     opaque. Light that arrives at a face on which a segment lies counts as outflow of the cell it
     comes from; light that starts there is no outflow of the cell behind.
 
-    What it gets wrong: nothing bounces (an albedo is ignored, with a SchemeWarning), and a light
-    with a length of less than about 1e-6 cells behind an occluder loses digits.
+    What it gets wrong: nothing bounces (an albedo is ignored, with a SchemeWarning). Geometry is
+    exact to 1e-10 cells: nearer things touch. A light shorter than 1e-5 cells therefore loses
+    digits in its penumbrae (1e-9 of its flux at 1e-8 cells).
     """
 
     name = "analytic"

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
@@ -41,8 +43,9 @@ def draw_lobes(axes: Axes, data: xr.Dataset, bands: int) -> None:
     for name in methods["scheme"].values:
         line, values = line_of(str(name)), methods.sel(scheme=name).values * size * spacing
         curves = _outlines(np.maximum(values, 0), angles, centres)
-        look = {"colors": line.colour, "linestyles": [line.dashes], "linewidths": line.width}
-        axes.add_collection(LineCollection(curves, **look))
+        lines = LineCollection(curves, colors=line.colour, linewidths=line.width)
+        lines.set_linestyle(line.dashes)
+        axes.add_collection(lines)
     draw_scene(axes, data)
 
 
@@ -52,7 +55,7 @@ def draw_scene(axes: Axes, data: xr.Dataset, cells: bool = True) -> None:
     lower, upper = scene.grid.origin, scene.grid.upper
     edges = [np.arange(n + 1) * scene.grid.spacing + o for n, o in zip(scene.grid.shape, lower)]
     if cells:
-        box = {"color": "#d0d0d0", "linewidth": 0.3, "zorder": 0}
+        box: dict[str, Any] = {"color": "#d0d0d0", "linewidth": 0.3, "zorder": 0}
         axes.vlines(edges[0], lower[1], upper[1], **box)
         axes.hlines(edges[1], lower[0], upper[0], **box)
     for light in scene.lights:
@@ -71,8 +74,9 @@ def legend_entries(names: list[str]) -> list[Patch | Line2D]:
     entries: list[Patch | Line2D] = [Patch(color=LINES["analytic"].colour, label="exact")]
     for name in names:
         line = line_of(name)
-        look = {"color": line.colour, "linestyle": line.dashes, "linewidth": line.width}
-        entries.append(Line2D([], [], label=name.upper(), **look))
+        entry = Line2D([], [], label=name.upper(), color=line.colour, linewidth=line.width)
+        entry.set_linestyle(line.dashes)
+        entries.append(entry)
     return entries
 
 

@@ -34,6 +34,25 @@ def test_the_sum_over_directions_converges_to_the_coefficients():
     assert errors[-1] < 2e-6, errors
 
 
+@pytest.mark.parametrize(
+    ("name", "count", "expected"),
+    [("one light", 128, 0.0071), ("one light", 512, 5.5e-4), ("clutter", 256, 0.0045)],
+)
+def test_ray_effects_are_as_large_as_an_independent_beam_code_found(name, count, expected):
+    scene = make_scene((32, 32), [((6, 1), (11, 1), 5)], ()) if name == "one light" else clutter()
+    exact = Analytic().solve(scene, 2).values
+    # Two digits were recorded (relative L2, 2 bands, midpoint rule).
+    assert relative(projected(scene, count, 0.5)[:3], exact) == pytest.approx(expected, rel=0.02)
+
+
+def clutter():
+    rng = np.random.default_rng(7)
+    middles, angles = rng.uniform(2, 62, (200, 2)), rng.uniform(0, np.pi, 200)
+    halves = rng.uniform(0.5, 2, (200, 1)) / 2 * np.stack([np.cos(angles), np.sin(angles)], -1)
+    lights = [((8.3, 4.1), (24.7, 6.2), 3), ((58.2, 52.1), (57.5, 38.4), 2)]
+    return make_scene((64, 64), lights, list(zip(middles - halves, middles + halves)))
+
+
 @pytest.mark.parametrize("step", [0.5, 1.0])
 @pytest.mark.parametrize("seed", range(6))
 def test_both_agree_where_everything_lines_up(seed, step):

@@ -19,8 +19,8 @@ from flatland.simulation import Simulation
 
 SIDE, MIDDLE = 161, 80
 STEPS = (1, 2, 16, 32, 64, 128, 256)
-#: Light that has left the grid by step 128 and by 256, which the measures miss.
-LOST = {128: 1e-6, 256: 2e-3}
+#: Light that has left the grid by step 64, 128 and 256, which the measures miss.
+LOST = {64: 1e-14, 128: 1e-11, 256: 1e-5}
 #: Rounding of sums over the grid.
 ROUNDING = 1e-10
 
@@ -48,21 +48,19 @@ def walk(bands, flux="transfer", accumulated=False):
 
 
 @every_band
-def test_mean_displacement_stays_at_one_and_a_half_cells(bands):
-    for step, (_, displacement, _) in walk(bands).items():
-        expected = LIMIT * (1 - MEMORY**step)
-        if step <= 64:
-            assert displacement == pytest.approx(expected, abs=ROUNDING)
-    assert pytest.approx(1.5991, abs=5e-5) == LIMIT
+def test_mean_displacement_stays_below_1_6_cells(bands):
+    for step in (1, 2, 16, 32, 64):
+        _, displacement, _ = walk(bands)[step]
+        assert displacement == pytest.approx(LIMIT * (1 - MEMORY**step), abs=ROUNDING)
+    assert walk(bands)[256][1] == pytest.approx(1.5991, abs=2e-4)
 
 
 def test_accumulated_light_creeps_to_the_same_displacement():
     """Its mean over all steps so far, so the start is forgotten as 1/k."""
-    for step, (_, displacement, _) in walk(2, accumulated=True).items():
-        if step <= 64:
-            k = np.arange(step + 1)
-            expected = (LIMIT * (1 - MEMORY**k)).mean()
-            assert displacement == pytest.approx(expected, abs=ROUNDING)
+    for step in (1, 2, 16, 32, 64):
+        _, displacement, _ = walk(2, accumulated=True)[step]
+        expected = (LIMIT * (1 - MEMORY ** np.arange(step + 1))).mean()
+        assert displacement == pytest.approx(expected, abs=ROUNDING)
 
 
 @every_band
@@ -104,7 +102,5 @@ def test_samples_walk_like_integrals(bands):
 
 def test_light_is_still_in_the_grid_when_it_is_measured():
     """Otherwise the border would hold the light back, and not the lobes."""
-    rows = walk(2)
-    assert rows[64][0] == pytest.approx(1.0, abs=1e-12)
     for step, lost in LOST.items():
-        assert 1 - rows[step][0] < lost
+        assert 1 - walk(2)[step][0] < lost
