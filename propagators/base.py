@@ -61,9 +61,10 @@ class Option:
             return str(value)
         try:
             number = self.type(value)
+            exact = not isinstance(value, bool) and number == float(value)
         except (TypeError, ValueError, OverflowError):
-            number = None
-        if number is None or isinstance(value, bool) or number != float(value):
+            exact = False
+        if not exact:
             kind = "a whole number" if self.type is int else "a number"
             raise bad_input(self.name, value, f"must be {kind}")
         return number

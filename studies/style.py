@@ -42,7 +42,7 @@ class Line:
     """How a method is drawn: a colour of Okabe and Ito's set; in grey, dashes and width tell."""
 
     colour: str
-    dashes: str | tuple[float, tuple[float, ...]] = "-"
+    dashes: Any = "-"
     width: float = 0.6
 
 

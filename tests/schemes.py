@@ -1,16 +1,12 @@
 """Every stencil scheme of the registry, so that a new one is tested by being registered."""
 
 import itertools
-import warnings
 from functools import cache
 
 import pytest
 
 import propagators
-from flatland.errors import SchemeWarning
 from flatland.harmonics import basis_for
-from flatland.scene import Scene
-from flatland.simulation import Simulation
 
 #: Bands at which two combinations of options are compared; enough to tell all samples apart.
 TELLING_BANDS = {2: 5, 3: 3}
@@ -60,22 +56,5 @@ def every_scheme(condition=lambda propagator: True):
 
 
 def is_linear(propagator):
-    return not propagator.values.get("clamp", False)
-
-
-def quiet(propagator, scene, **arguments):
-    """A simulation of a scheme that may be unstable on purpose."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", SchemeWarning)
-        return Simulation(scene, propagator, **arguments)
-
-
-def lobe_scene(shape, cell=None, direction=None, flux=1.0):
-    """One Lambertian cell in a grid, by default in its middle and along the first axis."""
-    light = {
-        "kind": "cell",
-        "cell": [n // 2 for n in shape] if cell is None else cell,
-        "direction": [1.0, *[0.0] * (len(shape) - 1)] if direction is None else direction,
-        "flux": flux,
-    }
-    return Scene.from_dict({"grid": {"shape": shape}, "light": [light]})
+    """Whether light superposes; a clamped scheme only scales."""
+    return not propagator.stencil(basis_for(propagator.dimensions[0], 1)).clamp

@@ -1,5 +1,7 @@
 """Angular bases: orthonormal, and every closed form against independent quadrature."""
 
+import itertools
+
 import numpy as np
 import pytest
 from scipy.integrate import lebedev_rule, quad
@@ -161,7 +163,7 @@ def test_arc_gram_is_the_integral_of_products(bands, start, stop):
 
 def test_arcs_that_tile_the_circle_add_up_to_everything():
     basis, cuts = CircularHarmonics(9), np.array([0.0, 0.4, 2.0, 3.7, 2 * np.pi])
-    total = sum(basis.arc_gram(a, b) for a, b in zip(cuts, cuts[1:]))
+    total = sum(basis.arc_gram(a, b) for a, b in itertools.pairwise(cuts))
     np.testing.assert_allclose(total, np.eye(basis.size), atol=ROUNDING)
 
 

@@ -12,7 +12,7 @@ from functools import cache
 
 import numpy as np
 import pytest
-from schemes import lobe_scene
+from scenes import lobe_scene
 
 import propagators
 from flatland.simulation import Simulation

@@ -105,7 +105,7 @@ def test_listing_names_imports_no_scheme():
 
 
 def test_installed_plug_in_is_a_propagator_like_ours(tmp_path):
-    """Half of nothing special: two steps that keep a quarter each leave a sixteenth."""
+    """Two steps that keep a quarter each leave a sixteenth of the light."""
     install(tmp_path, GOOD)
     answer = json.loads(run_python(textwrap.dedent(USE), tmp_path))
     assert answer["names"][-1] == "fading"

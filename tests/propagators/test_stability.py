@@ -7,7 +7,8 @@ import warnings
 
 import numpy as np
 import pytest
-from schemes import every_scheme, lobe_scene, quiet, variants
+from scenes import lobe_scene, quiet
+from schemes import every_scheme, variants
 from stepping import neighbours, random_stencil
 
 import propagators

@@ -1,0 +1,60 @@
+"""Any small scene, through every stencil scheme."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scenes import after
+from schemes import combinations, stencil_classes
+
+from flatland.scene import Scene
+
+#: Rounding of some dozen steps in float64, relative to the largest coefficient.
+ROUNDING = 1e-12
+
+sides = st.integers(1, 12)
+fluxes = st.integers(1, 1000).map(lambda n: n / 100)
+angles = st.integers(0, 359).map(np.radians)
+
+
+@st.composite
+def scenes(draw):
+    """A small grid with some cell lights and, where there is room for one, area lights."""
+    shape = draw(st.tuples(sides, sides))
+    lights = []
+    for _ in range(draw(st.integers(1, 3))):
+        cell = [draw(st.integers(0, n - 1)) for n in shape]
+        light = {"kind": "cell", "cell": cell, "flux": draw(fluxes)}
+        if draw(st.booleans()):
+            angle = draw(angles)
+            light["direction"] = [float(np.cos(angle)), float(np.sin(angle))]
+        lights.append(light)
+    if min(shape) >= 3 and draw(st.booleans()):
+        # A cell away from the border, so that the half cell in front is in the grid.
+        inside = [st.integers(100, 100 * (n - 1)).map(lambda c: c / 100) for n in shape]
+        start, end = (draw(st.tuples(*inside)) for _ in range(2))
+        if np.hypot(*np.subtract(start, end)) > 0.1:
+            lights.append({"kind": "area", "start": start, "end": end, "flux": draw(fluxes)})
+    return {"grid": {"shape": shape}, "light": lights}
+
+
+def dimmed(data, factor):
+    lights = [dict(light, flux=factor * light["flux"]) for light in data["light"]]
+    return {**data, "light": lights}
+
+
+@pytest.mark.parametrize("scheme", stencil_classes(), ids=lambda scheme: scheme.name)
+@given(data=scenes(), bands=st.integers(1, 4), draw=st.data())
+def test_any_scene_is_finite_balanced_and_linear_in_flux(scheme, data, bands, draw):
+    propagator = draw.draw(st.sampled_from(list(combinations(scheme))))
+    simulation = after(Scene.from_dict(data), 12, propagator, bands=bands)
+    field, ledger = simulation.accumulated, simulation.ledger
+    assert np.all(np.isfinite(field.values))
+    size = sum(abs(float(entry)) for entry in ledger.as_dict().values())
+    assert abs(ledger.closure) < ROUNDING * size
+    half = after(Scene.from_dict(dimmed(data, 0.5)), 12, propagator, bands=bands)
+    # Half of everything, bit for bit: powers of two change no digit.
+    np.testing.assert_array_equal(2 * half.accumulated.values, field.values)
+    third = after(Scene.from_dict(dimmed(data, 1 / 3)), 12, propagator, bands=bands)
+    tolerance = ROUNDING * np.abs(field.values).max()
+    np.testing.assert_allclose(3 * third.accumulated.values, field.values, rtol=0, atol=tolerance)
