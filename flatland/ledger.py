@@ -23,9 +23,10 @@ class Ledger:
     """Flux [W] since injection, () or (colours,): emitted + created = left + absorbed + inside.
 
     emitted: injected into cells. left: went out over the grid's border. absorbed: stopped by
-    occluders. inside: newest light, still to move. created: what the scheme itself adds (or, when
-    negative, loses) on the way: zero for a conserving scheme, and the reason to look at a clamped
-    or amplified one.
+    occluders and kept by them. inside: newest light, still to move. created: what the scheme
+    itself adds (or, when negative, loses) on the way: zero for a conserving scheme, and the reason
+    to look at a clamped or amplified one. reflected: stopped by occluders and sent back, every
+    time anew; it is on its way again and no part of the balance.
     """
 
     emitted: Flux = field(default_factory=_zero)
@@ -33,6 +34,7 @@ class Ledger:
     absorbed: Flux = field(default_factory=_zero)
     inside: Flux = field(default_factory=_zero)
     created: Flux = field(default_factory=_zero)
+    reflected: Flux = field(default_factory=_zero)
 
     @property
     def closure(self) -> Flux:
@@ -76,13 +78,15 @@ class Bookkeeper:
         ledger.emitted = np.asarray(flux)
         ledger.inside = np.asarray(flux)
 
-    def enter(self, ledger: Ledger, before: Flux, sums: StepSums, unit: float) -> None:
+    def enter(
+        self, ledger: Ledger, before: Flux, sums: StepSums, unit: float, blocked: bool = True
+    ) -> None:
         """Book steps. before: component sums (K,) of the light they started from.
 
-        unit: flux of one unit of coefficient 0.
+        unit: flux of one unit of coefficient 0. blocked: False for steps that nothing stops.
         """
         sources = np.vstack([before, sums.components[:-1]])
-        self._book(ledger, sources, sums, unit)
+        self._book(ledger, sources, sums, unit, blocked)
         ledger.inside = np.asarray(sums.components[-1, 0] * unit)
 
     def close(self, ledger: Ledger, total: Flux, sums: StepSums, unit: float) -> None:
@@ -90,10 +94,15 @@ class Bookkeeper:
         self._book(ledger, total[None], sums, unit)
         ledger.inside = np.zeros(())
 
-    def _book(self, ledger: Ledger, sources: Flux, sums: StepSums, unit: float) -> None:
+    def _book(
+        self, ledger: Ledger, sources: Flux, sums: StepSums, unit: float, blocked: bool = True
+    ) -> None:
         sent = sources @ self._gain if sums.sent is None else sums.sent
         ledger.left = ledger.left + sums.left.sum() * unit
         ledger.created = ledger.created + (sent - sources[:, 0]).sum() * unit
-        if self._blocked:
-            stopped = sent - sums.left - sums.components[:, 0]
-            ledger.absorbed = ledger.absorbed + stopped.sum() * unit
+        if self._blocked and blocked:
+            # What came back is among the light that arrived.
+            kept = sent - sums.left - sums.components[:, 0]
+            ledger.absorbed = ledger.absorbed + kept.sum() * unit
+        if sums.reflected is not None:
+            ledger.reflected = ledger.reflected + sums.reflected.sum() * unit

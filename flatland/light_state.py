@@ -55,9 +55,9 @@ class LightState:
         """Steps that may run before the next look."""
         return BATCH if self.norm <= SUSPICIOUS_GROWTH * self.start_norm else 1
 
-    def advance(self, count: int) -> StepSums:
-        """`count` more steps."""
-        sums = self.sweep.steps(self.target, self.source, self.total, count)
+    def advance(self, count: int, sweep: Sweep | None = None) -> StepSums:
+        """`count` more steps, by another sweep than the usual one if given."""
+        sums = (sweep or self.sweep).steps(self.target, self.source, self.total, count)
         if count % 2:
             self.source, self.target = self.target, self.source
         self.component_sums = sums.components[-1]

@@ -10,21 +10,21 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from flatland.blocking import exact_transmittance
 from flatland.errors import SchemeWarning, bad_input
 from flatland.field import Field
 from flatland.harmonics import AngularBasis, basis_for
-from flatland.injection import independent_spectra, inject
+from flatland.injection import independent_spectra, inject, most_spectra
 from flatland.kernels import Layout, Sweep
+from flatland.kernels.reports import Buffer
 from flatland.ledger import Bookkeeper, Ledger
 from flatland.light_state import LightState
 from flatland.memory import require_memory
+from flatland.occlusion import Occlusion, Walls, without_first_bounces
 from flatland.scene import Scene
 from flatland.solvers import SolveReport, solve_converged
 from flatland.stencil import Stencil
 
 PRECISIONS = ("float64", "float32")
-BLOCKING = ("exact", "none")
 _CLAMPED = "a clamped step is not linear: the converged field is that of the scheme without clamp"
 
 
@@ -41,8 +41,13 @@ class Simulation:
 
     bands: angular bands. levels: octree levels; this version steps the uniform grid, 1.
     precision: "float64" or "float32". transmittance: (K, *shape), the share of the light leaving
-    a cell along each of the stencil's offsets that nothing blocks; taken from the scene's
-    occluders if not given, unless blocking="none", which lets light pass through them.
+    a cell along each of the stencil's offsets that nothing blocks; if given, the scene's
+    occluders have no effect. What they do otherwise:
+    blocking: "exact" cuts beams (flatland.blocking.exact), "fuzzy" reads a geometry volume, not in
+    the first step (flatland.blocking.fuzzy), "none" lets light pass. strength: of the fuzzy one.
+    bounces: what occluders stop comes back by their albedo, step after step; lamps then inject
+    their own light only, since its first bounce is one of these. lights_block: area lights are
+    black walls for light from elsewhere; they do not cut the links by which their own leaves.
 
     `target` is the newest light, `source` what it was one step before, `accumulated` the sum of
     all, S_A = Σ_i S_i. Scenes in colour are stepped once per linearly independent spectrum.
@@ -59,41 +64,66 @@ class Simulation:
         precision: str = "float64",
         transmittance: NDArray[np.floating] | None = None,
         blocking: str = "exact",
+        strength: float = 1.0,
+        bounces: bool = True,
+        lights_block: bool = False,
     ) -> None:
         if precision not in PRECISIONS:
             raise bad_input("precision", precision, "is unknown", PRECISIONS)
         if levels != 1:
             raise bad_input("levels", levels, "must be 1: this version steps the uniform grid")
-        if blocking not in BLOCKING:
-            raise bad_input("blocking", blocking, "is unknown", BLOCKING)
+        walls = Walls(blocking, strength, bounces, lights_block)
         self.scene, self.propagator, self.precision = scene, propagator, precision
         self.basis = basis_for(scene.grid.dimension, bands)
         self.stencil = propagator.stencil(self.basis)
         propagator.warn_if_unstable(self.stencil)
         layout = Layout(scene.grid.shape, self.basis.size, np.dtype(precision))
-        spectra = max(1, scene.colours)
-        if not self.stencil.clamp:
-            spectra = max(1, min(spectra, len(scene.lights)))
-        needed = 3 * spectra * layout.size * layout.dtype.itemsize
-        require_memory(needed, "grid.shape", scene.grid.shape)
+        self._require_room(layout)
         tau = _checked_transmittance(transmittance, self.stencil, scene)
-        if tau is None and blocking == "exact":
-            tau = _blocked_by_occluders(scene, self.stencil)
+        given = Occlusion(tau)
+        self._occlusion = walls.occlusion(scene, self.stencil) if tau is None else given
+        tau = self._occlusion.transmittance
         self._books = Bookkeeper(self.stencil, blocked=tau is not None)
-        self._sweep = Sweep(self.stencil, layout, tau, self._books.components)
+        sweep = Sweep(self.stencil, layout, tau, self._books.components)
         patterns, self._mixing = self._spectra()
-        self._states = [LightState(layout, self._sweep, pattern) for pattern in patterns]
+        self._states = [
+            LightState(layout, each, pattern)
+            for each, pattern in zip(self._sweeps(sweep, len(patterns)), patterns)
+        ]
+        #: For a first step that is not blocked.
+        self._free_sweep = (
+            Sweep(self.stencil, layout, None, self._books.components)
+            if self._occlusion.free_first_step
+            else None
+        )
         self._require_range()
         self.reset()
 
+    def _require_room(self, layout: Layout) -> None:
+        """Refuse a grid whose three fields per spectrum would not fit in memory."""
+        spectra = max(1, self.scene.colours)
+        if not self.stencil.clamp:
+            spectra = most_spectra(self.scene)
+        needed = 3 * spectra * layout.size * layout.dtype.itemsize
+        require_memory(needed, "grid.shape", self.scene.grid.shape)
+
     def _spectra(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Patterns (P, size, *shape) that are stepped and mixing (colours, P)."""
-        if not self.stencil.clamp:
-            return independent_spectra(self.scene, self.basis)
-        # A clamped step is not linear: every colour goes alone.
-        values = inject(self.scene, self.basis).values
+        lights = without_first_bounces(self.scene) if self._occlusion.reflections else self.scene
+        if not (self.stencil.clamp or self._occlusion.coloured):
+            return independent_spectra(lights, self.basis)
+        # A clamped step is not linear, and coloured walls treat every colour in their own way:
+        # every colour goes alone.
+        values = inject(lights, self.basis).values
         values = values if self.scene.colours else values[None]
         return np.asarray(values, float), np.eye(len(values))
+
+    def _sweeps(self, sweep: Sweep, count: int) -> list[Sweep]:
+        """The sweep of each pattern."""
+        reflections = self._occlusion.reflections
+        if self._occlusion.coloured:
+            return [sweep.reflecting(reflection) for reflection in reflections]
+        return [sweep.reflecting(reflections[0]) if reflections else sweep] * count
 
     def _require_range(self) -> None:
         """Refuse light that the precision cannot hold, with a million to spare either way."""
@@ -138,10 +168,13 @@ class Simulation:
         while self.iteration < last:
             self._require_tame()
             count = min(last - self.iteration, *(state.batch for state in self._states))
+            first = self._free_sweep if self.iteration == 0 else None
+            if first is not None:
+                count = 1
             for state, ledger in zip(self._states, self._ledgers):
                 before = state.component_sums
-                sums = state.advance(count)
-                self._books.enter(ledger, before, sums, self._unit(state))
+                sums = state.advance(count, first)
+                self._books.enter(ledger, before, sums, self._unit(state), first is None)
             self.iteration += count
             if progress is not None:
                 progress(count)
@@ -155,31 +188,44 @@ class Simulation:
     def solve(self, tolerance: float = 1e-8, method: str = "auto") -> SolveReport:
         """Jump to the converged field (1 − A) S_A = S_0; the books are closed with it.
 
+        A contains what comes back from walls. If the first step is free of blocking, by A_free, it
+        is done first: S_A = S_0 + (1 − A)⁻¹ A_free S_0.
+
         tolerance: relative residual ‖S_0 − (1 − A) S_A‖ / ‖S_0‖. method: see `solve_converged`.
         For a clamped scheme this is the answer of its linear twin. Raises ConvergenceError if the
         tolerance was not reached, InstabilityError if the scheme's radius says there is no answer.
         """
         self.inject()
         self._injected = False  # also if this fails, stepping starts afresh
-        sweep = self._sweep
         if self.stencil.clamp:
             warnings.warn(_CLAMPED, SchemeWarning, stacklevel=2)
-            sweep = sweep.linear()
-        reports = []
-        for state, ledger in zip(self._states, self._ledgers):
-            report = solve_converged(sweep, state.target, state.total, tolerance, method)
-            reports.append(report)
-            self._close(sweep, state, ledger)
+        states = zip(self._states, self._ledgers)
+        reports = [self._solve_one(*each, tolerance, method) for each in states]
         self.converged = max(reports, key=lambda report: report.residual)
         return self.converged
 
-    def _close(self, sweep: Sweep, state: LightState, ledger: Ledger) -> None:
-        """Book the whole run at once: what S_A sends, loses and keeps."""
-        scratch = np.zeros_like(state.total)
-        sums = sweep.steps(state.total, state.source, scratch, 1)
-        self._books.close(ledger, state.sums_of(state.total), sums, self._unit(state))
+    def _solve_one(
+        self, state: LightState, ledger: Ledger, tolerance: float, method: str
+    ) -> SolveReport:
+        """Solve for one pattern and book what its field sends, loses and keeps."""
+        clamp = self.stencil.clamp
+        sweep = state.sweep.linear() if clamp else state.sweep
+        start: Buffer | float = 0.0
+        if self._free_sweep is not None:
+            start = state.total.copy()
+            before = state.component_sums
+            sums = state.advance(1, self._free_sweep.linear() if clamp else self._free_sweep)
+            self._books.enter(ledger, before, sums, self._unit(state), blocked=False)
+        try:
+            report = solve_converged(sweep, state.target, state.total, tolerance, method)
+            scratch = np.zeros_like(state.total)
+            sums = sweep.steps(state.total, state.source, scratch, 1)
+            self._books.close(ledger, state.sums_of(state.total), sums, self._unit(state))
+        finally:
+            state.total += start
         state.source[:] = 0
         state.target[:] = 0
+        return report
 
     def _start(self) -> None:
         if self.converged is not None or not self._injected:
@@ -216,11 +262,6 @@ class Simulation:
     def _unit(self, state: LightState) -> float:
         """Flux of one unit of a state's coefficient 0."""
         return float(state.scale * self.basis.flux_weight)
-
-
-def _blocked_by_occluders(scene: Scene, stencil: Stencil) -> NDArray[np.float64] | None:
-    segments = scene.segments()
-    return exact_transmittance(scene.grid, segments, stencil.offsets) if segments else None
 
 
 def _checked_transmittance(

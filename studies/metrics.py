@@ -20,6 +20,10 @@ Array = NDArray[np.float64]
 Mask = NDArray[np.bool_] | None
 
 
+#: A cell is dark if its flux is at most this part of the brightest one's.
+DARK = 1e-12
+
+
 def relative_l2(field: Field, reference: Field, mask: Mask = None) -> float:
     """‖c − c_ref‖ / ‖c_ref‖ over all coefficients and cells."""
     return _relative(*_pair(field, reference, mask))
@@ -80,6 +84,21 @@ def band_errors(field: Field, reference: Field, mask: Mask = None) -> list[float
     ]
 
 
+def leak(field: Field, reference: Field, mask: Mask = None) -> float:
+    """Flux in cells that are exactly dark in the reference, as a share of the flux in all cells.
+
+    Σ_dark |Φ| / Σ |Φ| of the field's scalar flux. 0 if the reference leaves no cell dark. Counts
+    what gets through walls, and what a scheme sends where no light goes even without walls, behind
+    an area light for example.
+    """
+    values, exact = _pair(field.with_bands(1), reference.with_bands(1), mask)
+    amount = np.abs(values)
+    total = float(amount.sum())
+    # The reference is good to about 1e-13 of its largest coefficient.
+    dark = np.abs(exact) <= DARK * np.abs(exact).max(initial=0.0)
+    return float(amount[dark].sum()) / total if total > 0 else 0.0
+
+
 def angular_l2(
     field: Field, directions: ArrayLike, intensity: ArrayLike, mask: Mask = None
 ) -> float:
@@ -131,6 +150,7 @@ MEASURES = {
             "infinity_mean", "mean relative infinity norm (thesis 6.2)", infinity_mean_relative
         ),
         Measure("infinity_abs", "mean absolute infinity norm (thesis 6.2)", infinity_mean_absolute),
+        Measure("leak", "flux in cells that are exactly dark, as a share of all", leak),
     )
 }
 

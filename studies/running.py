@@ -22,6 +22,8 @@ class Method:
 
     Stops after `iterations` steps, or at the converged field to the relative residual `converge`;
     with neither, after twice the longest side of the grid (Kaplanyan & Dachsbacher 2010, 3.3).
+    blocking, strength, bounces, lights_block: what walls do, see `Simulation`; methods that do not
+    step have their own way with walls.
     """
 
     propagator: Propagator
@@ -30,6 +32,9 @@ class Method:
     converge: float | None = None
     precision: str = "float64"
     blocking: str = "exact"
+    strength: float = 1.0
+    bounces: bool = True
+    lights_block: bool = False
 
     def steps_on(self, scene: Scene) -> int:
         return 2 * max(scene.grid.shape) if self.iterations is None else self.iterations
@@ -44,6 +49,9 @@ class Method:
             "converge": self.converge,
             "precision": self.precision,
             "blocking": self.blocking,
+            "strength": self.strength,
+            "bounces": self.bounces,
+            "lights_block": self.lights_block,
         }
 
 
@@ -69,6 +77,9 @@ def run_method(scene: Scene, method: Method, progress: Progress | None = None) -
         bands=method.bands,
         precision=method.precision,
         blocking=method.blocking,
+        strength=method.strength,
+        bounces=method.bounces,
+        lights_block=method.lights_block,
     )
     simulation.inject()
     begin = time.perf_counter()

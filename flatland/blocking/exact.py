@@ -26,7 +26,7 @@ on it, because light runs along it.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -68,9 +68,9 @@ def exact_transmittance(
     alone let 10 % of the light out of a slanted closed box of 10 cells.
     """
     steps = _checked_offsets(grid, offsets)
-    walls = _clipped(_walls(grid, segments), grid.shape)
+    walls, _ = clipped_walls(grid, segments)
     tau = np.ones((len(steps), *grid.shape))
-    for direction in np.unique([_forward(step) for step in steps], axis=0):
+    for direction in np.unique([forward(step) for step in steps], axis=0):
         sources, shares = _links(walls, direction, grid.shape)
         for open_share, step in zip(tau, steps):
             if np.array_equal(step, direction):
@@ -100,8 +100,12 @@ def _walls(grid: Grid, segments: Sequence[Segment]) -> Array:
     return grid.to_cells(ends)
 
 
-def _clipped(walls: Array, shape: tuple[int, ...]) -> Array:
-    """The parts of walls near the grid: ends far away cost work and digits."""
+def clipped_walls(grid: Grid, segments: Sequence[Segment]) -> tuple[Array, Cells]:
+    """The parts of walls near the grid (S, 2, 2) in cell units, and which segments they are (S,).
+
+    Ends far away cost work and digits.
+    """
+    walls, shape = _walls(grid, segments), grid.shape
     start, stop = walls[:, 0], walls[:, 1]
     with np.errstate(all="ignore"):
         one = (-_MARGIN - start) / (stop - start)
@@ -114,10 +118,10 @@ def _clipped(walls: Array, shape: tuple[int, ...]) -> Array:
     # Ends that stay are kept to the last bit.
     enter = np.where(first > 0, start + first * (stop - start), start)
     leave = np.where(last < 1, start + last * (stop - start), stop)
-    return np.stack([enter, leave], axis=1)
+    return np.stack([enter, leave], axis=1), np.flatnonzero(near)
 
 
-def _forward(step: Cells) -> tuple[int, int]:
+def forward(step: Cells) -> tuple[int, int]:
     """The one of ±step that points to larger x, or straight up."""
     x, y = int(step[0]), int(step[1])
     return (x, y) if (x, y) > (0, 0) else (-x, -y)
@@ -128,8 +132,7 @@ def _links(walls: Array, direction: Cells, shape: tuple[int, ...]) -> tuple[Cell
 
     Sources lie in the grid or in the ring of cells around it.
     """
-    parts = list(_records(walls, direction))
-    cells, spans, sides = (np.concatenate(column) for column in zip(*parts))
+    cells, spans, sides, _ = records(walls, direction)
     near = np.all((cells >= -1) & (cells <= shape), axis=1)
     padded = (shape[0] + 2, shape[1] + 2)
     numbers = np.ravel_multi_index(tuple(cells[near].T + 1), padded).astype(np.int64)
@@ -137,20 +140,24 @@ def _links(walls: Array, direction: Cells, shape: tuple[int, ...]) -> tuple[Cell
     return np.stack(np.unravel_index(links, padded), axis=1) - 1, shares
 
 
-def _records(walls: Array, direction: Cells) -> Iterator[tuple[Cells, Array, NDArray[np.uint8]]]:
-    """What each wall does to each beam along a direction: source cell, span, sides.
+def records(walls: Array, direction: Cells) -> tuple[Cells, Array, NDArray[np.uint8], Cells]:
+    """What each wall does to each beam along a forward direction.
 
-    Axial beams tile the plane. Diagonal ones are twice as dense: those that start on cells of
-    one colour of a chessboard tile it, and those of the other colour do so again.
+    Returns source cells (M, 2), spans (M, 2), sides (M,) and numbers of walls (M,), see
+    `cut_tiles`. Axial beams tile the plane. Diagonal ones are twice as dense: those that start on
+    cells of one colour of a chessboard tile it, and those of the other colour do so again.
     """
     side = np.array([-direction[1], direction[0]])
     axes = np.stack([direction, side])
     size = int(direction @ direction)
+    parts = []
     for first in np.array([(0, 0), (0, 1)])[:size]:
         # In this frame the first cell's centre lies at (0, 1/2).
         frame = (walls - first - 0.5) @ axes.T / size + (0.0, 0.5)
-        tiles, spans, sides = cut_tiles(_snapped(frame).reshape(-1, 4))
-        yield first + tiles @ axes, spans, sides
+        tiles, *rest = cut_tiles(_snapped(frame).reshape(-1, 4))
+        parts.append((first + tiles @ axes, *rest))
+    cells, spans, sides, numbers = (np.concatenate(column) for column in zip(*parts))
+    return cells, spans, sides, numbers
 
 
 def _snapped(coordinates: Array) -> Array:

@@ -13,6 +13,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
+Numbers = NDArray[np.int64]
 
 #: How walls reach a centre ray: from larger b, from smaller b, lying on it.
 ABOVE, BELOW, ALONG = 1, 2, 4
@@ -27,18 +28,20 @@ _inner = njit(cache=True, error_model="numpy", no_cpython_wrapper=True, no_cfunc
 
 
 @_compiled
-def cut_tiles(walls: Array) -> tuple[NDArray[np.int64], Array, NDArray[np.uint8]]:
+def cut_tiles(walls: Array) -> tuple[Numbers, Array, NDArray[np.uint8], Numbers]:
     """What every wall does to every beam that it meets.
 
     walls: (S, 4), ends a0, b0, a1, b1. Returns tiles (M, 2); spans (M, 2), the part of 0 … 1
-    across the beam that the wall covers; and sides (M,), how the wall reaches the centre ray: a
-    sum of ABOVE, BELOW and ALONG, or 0. A wall without length does nothing.
+    across the beam that the wall covers; sides (M,), how the wall reaches the centre ray: a
+    sum of ABOVE, BELOW and ALONG, or 0; and numbers (M,), which wall it is. A wall without length
+    does nothing.
     Walks along each wall: work and memory are proportional to M.
     """
     capacity = _capacity(walls)
     tiles = np.empty((capacity, 2), np.int64)
     spans = np.empty((capacity, 2))
     sides = np.empty(capacity, np.uint8)
+    numbers = np.empty(capacity, np.int64)
     count = 0
     for wall in range(walls.shape[0]):
         a0, b0, a1, b1 = walls[wall, 0], walls[wall, 1], walls[wall, 2], walls[wall, 3]
@@ -58,9 +61,9 @@ def cut_tiles(walls: Array) -> tuple[NDArray[np.int64], Array, NDArray[np.uint8]
                 if upper > lower or side != 0:
                     tiles[count, 0], tiles[count, 1] = column, row
                     spans[count, 0], spans[count, 1] = lower - row, upper - row
-                    sides[count] = side
+                    sides[count], numbers[count] = side, wall
                     count += 1
-    return tiles[:count], spans[:count], sides[:count]
+    return tiles[:count], spans[:count], sides[:count], numbers[:count]
 
 
 @_inner

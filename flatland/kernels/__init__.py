@@ -1,11 +1,12 @@
 """The sweep: the one loop where the time goes.
 
 layout: where a coefficient lies in memory. assembly: the sweep of one stencil, written out as
-LLVM assembly. compiler: assembly to machine code. threads: rows shared among cores. sweep: the
-callable that the engine uses.
+LLVM assembly. compiler: assembly to machine code. threads: rows shared among cores. reflection:
+what walls send back. sweep: the callable that the engine uses.
 """
 
 from flatland.kernels.layout import Layout
+from flatland.kernels.reflection import Reflection
 from flatland.kernels.sweep import Sweep
 
-__all__ = ["Layout", "Sweep"]
+__all__ = ["Layout", "Reflection", "Sweep"]

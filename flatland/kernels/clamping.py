@@ -24,12 +24,7 @@ def clamped_steps(
         report = sweep.plain_steps(source, target, total, 1)
         reports.append(replace(report, sent=np.array([sent]), left=np.array([left])))
         source, target = target, source
-    return StepSums(
-        np.concatenate([report.components for report in reports]),
-        np.concatenate([report.squares for report in reports]),
-        np.concatenate([report.left for report in reports]),
-        np.concatenate([report.sent for report in reports if report.sent is not None]),
-    )
+    return StepSums.joined(reports)
 
 
 def _sent_and_left(sweep: Sweep, source: Buffer) -> tuple[float, float]:

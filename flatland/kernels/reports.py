@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
 from typing import Any
 
 import numpy as np
@@ -25,3 +26,14 @@ class StepSums:
     left: NDArray[np.float64]
     #: Flux that all cells sent, where it is not Σ flux_gain · components (clamped steps only).
     sent: NDArray[np.float64] | None = None
+    #: Flux that walls sent back, already part of `components`; None where nothing reflects.
+    reflected: NDArray[np.float64] | None = None
+
+    @classmethod
+    def joined(cls, reports: Sequence[StepSums]) -> StepSums:
+        """The reports of steps one after another as one."""
+        parts: dict[str, NDArray[np.float64] | None] = {}
+        for entry in fields(cls):
+            values = [getattr(report, entry.name) for report in reports]
+            parts[entry.name] = None if values[0] is None else np.concatenate(values)
+        return cls(**parts)  # type: ignore[arg-type]

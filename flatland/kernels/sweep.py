@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ctypes
 from collections.abc import Callable
+from copy import copy
 from dataclasses import replace
 from functools import cached_property
 
@@ -11,10 +12,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flatland.kernels.assembly import Recipe, SweepText, significant
+from flatland.kernels.border import border, outflow_text
 from flatland.kernels.clamping import clamped_steps
 from flatland.kernels.compiler import compile_text
 from flatland.kernels.layout import Layout
 from flatland.kernels.matrix_sweep import MatrixSweep
+from flatland.kernels.reflection import Reflection, Reflector
 from flatland.kernels.reports import Buffer, StepSums
 from flatland.kernels.stepping import stepping_text
 from flatland.kernels.threads import address, rows_of, run_shared, thread_count, yield_address
@@ -35,6 +38,10 @@ class Sweep:
     sums: components whose sum over cells every step reports.
     """
 
+    #: What walls send back; see `reflecting`.
+    reflection: Reflection | None = None
+    _reflector: Reflector | None = None
+
     def __init__(
         self,
         stencil: Stencil,
@@ -50,14 +57,15 @@ class Sweep:
         self.transmittance = self._padded(transmittance)
         self._tau_address = address(self.transmittance)
         self._rows = layout.rows
-        self.border_cells, self.border_weights = _border(stencil, layout, transmittance)
+        self.border_cells, self.border_weights = border(stencil, layout, transmittance)
         #: What a solver keeps between right-hand sides.
         self.hierarchy: object | None = None
         self.by_matrices = self.couplings > LARGEST_TEXT
         if self.by_matrices:
             self._matrices = MatrixSweep(stencil, layout, self.transmittance)
             return
-        text = SweepText(stencil, layout, self.recipe).text() + stepping_text(layout, self._width)
+        text = SweepText(stencil, layout, self.recipe).text()
+        text += outflow_text(layout, self.border_weights) + stepping_text(self._width)
         self._code = compile_text(text)
         self._steps = self._code.function("steps")
 
@@ -70,9 +78,38 @@ class Sweep:
 
         After an even number of steps the newest light is in `source`.
         """
+        if self._reflector is not None:
+            return self._reflected_steps(source, target, total, count)
         if self.stencil.clamp:
             return clamped_steps(self, source, target, total, count)
         return self.plain_steps(source, target, total, count)
+
+    def reflecting(self, reflection: Reflection | None) -> Sweep:
+        """This sweep followed by a reflection; shares the compiled code."""
+        if reflection is None:
+            return self
+        twin = copy(self)
+        twin.reflection = reflection
+        twin._reflector = Reflector(reflection, self.stencil, self.layout)
+        return twin
+
+    def _reflected_steps(
+        self, source: Buffer, target: Buffer, total: Buffer, count: int
+    ) -> StepSums:
+        """Steps one by one, each followed by what walls send back."""
+        assert self._reflector is not None
+        sweep = clamped_steps if self.stencil.clamp else Sweep.plain_steps
+        reports = []
+        for _ in range(count):
+            report = sweep(self, source, target, total, 1)
+            change = self._reflector.step(source, target, total)
+            components = report.components + change[list(self.recipe.sums)]
+            squares = report.squares + change[-2]
+            reports.append(
+                replace(report, components=components, squares=squares, reflected=change[-1:])
+            )
+            source, target = target, source
+        return StepSums.joined(reports)
 
     def plain_steps(self, source: Buffer, target: Buffer, total: Buffer, count: int) -> StepSums:
         """Steps whose `left` is that of the stencil's transfer matrices."""
@@ -100,7 +137,7 @@ class Sweep:
         """The same sweep without clamping."""
         stencil = replace(self.stencil, clamp=False)
         tau = self.open_share
-        return Sweep(stencil, self.layout, tau, self.recipe.sums)
+        return Sweep(stencil, self.layout, tau, self.recipe.sums).reflecting(self.reflection)
 
     def combine(
         self, own: float, other: float, arrived: float, source: Buffer, rest: Buffer, target: Buffer
@@ -110,8 +147,10 @@ class Sweep:
             self._matrices.apply(source, target)
             target *= arrived
             target += own * source + other * rest
-            return
-        self.combine_at((own, other, arrived), address(source), address(rest), address(target))
+        else:
+            self.combine_at((own, other, arrived), address(source), address(rest), address(target))
+        if self._reflector is not None:
+            self._reflector.add(source, target, arrived)
 
     def combine_at(
         self, factors: tuple[float, float, float], source: int, rest: int, target: int
@@ -163,24 +202,3 @@ class Sweep:
         buffer = layout.allocate()
         layout.view(buffer)[...] = transmittance
         return buffer
-
-
-def _border(
-    stencil: Stencil, layout: Layout, transmittance: NDArray[np.float64] | None
-) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
-    """Cells from which light leaves the grid, as positions, and how much of each coefficient.
-
-    Weights (M, components): Σ over offsets d that lead outside of τ(x, d) T_d[0, :].
-    """
-    shape = np.asarray(layout.shape)
-    edge = np.zeros(layout.shape, bool)
-    for axis, cells in enumerate(layout.shape):
-        np.moveaxis(edge, axis, 0)[[0, cells - 1]] = True
-    cells_ = np.argwhere(edge)
-    weights = np.zeros((len(cells_), layout.components))
-    for d, offset in enumerate(stencil.offsets):
-        goal = cells_ + offset
-        outside = np.any((goal < 0) | (goal >= shape), axis=1)
-        passing = 1.0 if transmittance is None else transmittance[(d, *cells_[outside].T)][:, None]
-        weights[outside] += passing * stencil.transfer[d, 0]
-    return layout.index(cells_), weights

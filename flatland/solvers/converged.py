@@ -15,7 +15,7 @@ from flatland.solvers.bicgstab import Operator, bicgstab
 from flatland.solvers.factorization import factorization, is_factorized
 from flatland.solvers.multigrid import Multigrid
 from flatland.solvers.vectors import norm
-from flatland.stencil import RADIUS_TOLERANCE
+from flatland.stability import RADIUS_TOLERANCE
 
 METHODS = ("auto", "multigrid", "stepping", "krylov", "factorization")
 #: Iterations after which a Krylov method is taken to have stalled.
@@ -115,7 +115,8 @@ def solve_converged(
 def _candidates(sweep: Sweep, method: str) -> list[str]:
     if method != "auto":
         return [method]
-    if is_factorized(sweep.stencil, sweep.layout.shape, sweep.open_share):
+    operator = sweep.stencil, sweep.layout.shape, sweep.open_share, sweep.reflection
+    if is_factorized(*operator):
         return ["factorization", "multigrid", "stepping", "krylov"]
     return ["multigrid", "stepping", "krylov"]
 
@@ -148,7 +149,7 @@ def _stepping(problem: _Problem, tolerance: float) -> Buffer:
 
 def _factorization(problem: _Problem, tolerance: float) -> Buffer:
     sweep = problem.sweep
-    factors = factorization(sweep.stencil, sweep.layout.shape, sweep.open_share)
+    factors = factorization(sweep.stencil, sweep.layout.shape, sweep.open_share, sweep.reflection)
     cells = np.moveaxis(sweep.layout.view(problem.right), 0, -1)
     values = factors.solve(np.ascontiguousarray(cells).ravel()).reshape(cells.shape)
     answer = sweep.layout.allocate()
@@ -184,6 +185,7 @@ def _cycles_for(sweep: Sweep) -> Multigrid:
 
 def _in_double(sweep: Sweep) -> Sweep:
     layout = replace(sweep.layout, dtype=np.dtype(np.float64))
-    return Sweep(
+    twin = Sweep(
         sweep.stencil, Layout(layout.shape, layout.components, layout.dtype), sweep.open_share
     )
+    return twin.reflecting(sweep.reflection)

@@ -11,6 +11,7 @@ from scipy.sparse.linalg import SuperLU, splu
 
 from flatland.errors import bad_input
 from flatland.kernels.assembly import significant
+from flatland.kernels.reflection import Reflection
 from flatland.stencil import Stencil
 
 Array = NDArray[np.float64]
@@ -22,9 +23,15 @@ _factors: OrderedDict[tuple[object, ...], SuperLU] = OrderedDict()
 
 
 def operator_matrix(
-    stencil: Stencil, shape: tuple[int, ...], transmittance: Array | None = None
+    stencil: Stencil,
+    shape: tuple[int, ...],
+    transmittance: Array | None = None,
+    reflection: Reflection | None = None,
 ) -> csc_array:
-    """1 − A as a sparse matrix over unknowns ordered (cell, coefficient)."""
+    """1 − A as a sparse matrix over unknowns ordered (cell, coefficient).
+
+    What walls send back is part of A: a block on the diagonal of every cell it touches.
+    """
     cells = int(np.prod(shape))
     size = stencil.basis.size
     number = np.arange(cells).reshape(shape)
@@ -40,17 +47,26 @@ def operator_matrix(
         columns = source[:, None] * size + column
         entries = (values.ravel(), (rows.ravel(), columns.ravel()))
         result = result - csc_array(entries, shape=result.shape)
+    if reflection is not None:
+        first = size * number[tuple(reflection.cells.T)][:, None, None]
+        rows = first + np.arange(size)[:, None] + np.zeros(size, int)
+        columns = first + np.arange(size) + np.zeros((size, 1), int)
+        entries = reflection.blocks(stencil).ravel(), (rows.ravel(), columns.ravel())
+        result = result - csc_array(entries, shape=result.shape)
     return result.tocsc()
 
 
 def factorization(
-    stencil: Stencil, shape: tuple[int, ...], transmittance: Array | None = None
+    stencil: Stencil,
+    shape: tuple[int, ...],
+    transmittance: Array | None = None,
+    reflection: Reflection | None = None,
 ) -> SuperLU:
     """The factors of 1 − A; the last few are kept, so that moving a light costs a solve only.
 
     Raises InputError for a grid with too many unknowns to factorise.
     """
-    key = factorization_key(stencil, shape, transmittance)
+    key = factorization_key(stencil, shape, transmittance, reflection)
     if key in _factors:
         _factors.move_to_end(key)
         return _factors[key]
@@ -58,7 +74,7 @@ def factorization(
     if len(shape) != 2 or unknowns > LARGEST:
         rule = f"a factorisation takes 2D grids of at most {LARGEST} unknowns, not {unknowns}"
         raise bad_input("method", "factorization", rule, ("auto", "multigrid", "krylov"))
-    factors = splu(operator_matrix(stencil, shape, transmittance))
+    factors = splu(operator_matrix(stencil, shape, transmittance, reflection))
     _factors[key] = factors
     if len(_factors) > _KEPT:
         _factors.popitem(last=False)
@@ -66,13 +82,22 @@ def factorization(
 
 
 def factorization_key(
-    stencil: Stencil, shape: tuple[int, ...], transmittance: Array | None
+    stencil: Stencil,
+    shape: tuple[int, ...],
+    transmittance: Array | None,
+    reflection: Reflection | None = None,
 ) -> tuple[object, ...]:
     """What makes two operators the same."""
     blocked = None if transmittance is None else transmittance.tobytes()
-    return (shape, stencil.offsets.tobytes(), stencil.transfer.tobytes(), blocked)
+    reflected = None if reflection is None else reflection.key
+    return (shape, stencil.offsets.tobytes(), stencil.transfer.tobytes(), blocked, reflected)
 
 
-def is_factorized(stencil: Stencil, shape: tuple[int, ...], transmittance: Array | None) -> bool:
+def is_factorized(
+    stencil: Stencil,
+    shape: tuple[int, ...],
+    transmittance: Array | None,
+    reflection: Reflection | None = None,
+) -> bool:
     """Whether the factors are at hand."""
-    return factorization_key(stencil, shape, transmittance) in _factors
+    return factorization_key(stencil, shape, transmittance, reflection) in _factors

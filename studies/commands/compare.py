@@ -16,7 +16,16 @@ if TYPE_CHECKING:
 
 #: Relative residual of the converged fields that are compared by default.
 _CONVERGED = 1e-8
-_COLUMNS = ("coefficients", "scaled", "best_scale", "scalar_flux", "net_flux", "angular", "floor")
+_COLUMNS = (
+    "coefficients",
+    "scaled",
+    "best_scale",
+    "scalar_flux",
+    "net_flux",
+    "angular",
+    "floor",
+    "leak",
+)
 
 
 @click.command("compare")
@@ -42,6 +51,9 @@ def command(
     converge: float | None,
     precision: str,
     blocking: str,
+    strength: float,
+    no_bounces: bool,
+    lights_block: bool,
     output: Path | None,
     as_json: bool,
 ) -> None:
@@ -62,8 +74,9 @@ def command(
     loaded = load_scene(scene)
     schemes = [create(name, **options) for name, options in map(_scheme, names or _default())]
     counts = whole_numbers(bands, "--bands")
+    walls = (blocking, strength, not no_bounces, lights_block)
     methods = [
-        Method(scheme, count, iterations, converge, precision, blocking)
+        Method(scheme, count, iterations, converge, precision, *walls)
         for count in counts
         for scheme in schemes
     ]

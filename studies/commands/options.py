@@ -16,7 +16,14 @@ def method_options(function: Command) -> Command:
         click.option(
             "--precision", default="float64", show_default=True, help="float64 or float32."
         ),
-        click.option("--blocking", default="exact", show_default=True, help="exact or none."),
+        click.option("--lights-block", is_flag=True, help="Area lights stop light like walls."),
+        click.option("--no-bounces", is_flag=True, help="Walls send nothing back."),
+        click.option(
+            "--strength", default=1.0, show_default=True, help="Factor on fuzzy blocking."
+        ),
+        click.option(
+            "--blocking", default="exact", show_default=True, help="exact, fuzzy or none."
+        ),
         click.option(
             "--converge",
             type=float,

@@ -34,6 +34,9 @@ def command(
     converge: float | None,
     precision: str,
     blocking: str,
+    strength: float,
+    no_bounces: bool,
+    lights_block: bool,
     reference: bool,
     output: Path | None,
     as_json: bool,
@@ -48,7 +51,8 @@ def command(
     check_stopping(iterations, converge)
     loaded = load_scene(scene)
     scheme = create(propagator, **scheme_options(options))
-    method = Method(scheme, bands, iterations, converge, precision, blocking)
+    walls = (blocking, strength, not no_bounces, lights_block)
+    method = Method(scheme, bands, iterations, converge, precision, *walls)
     with steps_bar(method.steps_on(loaded), converge is None) as advance:
         run = run_method(loaded, method, advance)
     errors = _errors(loaded, run) if reference else {}
@@ -102,7 +106,7 @@ def _report(name: str, scene: Scene, run: Run, errors: dict[str, float]) -> str:
 
 
 def _books(ledger: Ledger) -> str:
-    """emitted + created = left + absorbed + inside, per colour if there are several."""
+    """emitted + created = left + absorbed + inside, a row per colour if there are several."""
     import numpy as np
 
     from studies.tables import table

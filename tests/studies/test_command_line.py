@@ -119,6 +119,31 @@ def test_run_against_the_reference_prints_every_error():
     assert 0 < record["errors"]["floor"] <= record["errors"]["angular"]
 
 
+def test_walls_are_read_as_the_options_say(tmp_path):
+    scene = (
+        "[grid]\nshape = [8, 8]\n"
+        "[[light]]\nkind = 'area'\nstart = [2, 1]\nend = [6, 1]\nflux = 1\n"
+        "[[occluder]]\nkind = 'segment'\nstart = [1, 6]\nend = [7, 6]\nalbedo = 0.5\n"
+    )
+    (tmp_path / "a.toml").write_text(scene)
+    run = ("run", "a.toml", "--json", "--blocking")
+    books = {}
+    for options in (
+        ("exact",),
+        ("exact", "--no-bounces"),
+        ("exact", "--lights-block"),
+        ("fuzzy",),
+        ("fuzzy", "--strength", 2),
+        ("none",),
+    ):
+        record = json.loads(_good(flatland(*run, *options, cwd=tmp_path)))
+        books[options] = record["ledger"]["absorbed"], record["ledger"]["reflected"]
+    assert len(set(books.values())) == len(books)
+    assert books["none",] == (0.0, 0.0)
+    assert books["exact", "--no-bounces"][1] == 0.0
+    assert all(books[key][1] > 0 for key in books if key[-1] not in ("none", "--no-bounces"))
+
+
 def test_the_exact_answer_has_no_error_but_the_floor():
     record = json.loads(
         _good(flatland("run", "shelf", "--propagator", "analytic", "--reference", "--json"))
@@ -140,7 +165,8 @@ def test_the_exact_answer_has_no_error_but_the_floor():
         (["run", "two-walls", "--bands", "0"], ["bands", "0"]),
         (["run", "two-walls", "--bands", "two"], ["bands", "two"]),
         (["run", "two-walls", "--precision", "half"], ["precision", "half", "float32"]),
-        (["run", "two-walls", "--blocking", "soft"], ["blocking", "soft", "exact"]),
+        (["run", "two-walls", "--blocking", "soft"], ["blocking", "soft", "exact", "fuzzy"]),
+        (["run", "two-walls", "--blocking", "fuzzy", "--strength", "-1"], ["strength", "-1"]),
         (["run", "two-walls", "--iterations", "-1"], ["iterations", "-1"]),
         (["run", "two-walls", "--converge", "2"], ["converge", "2"]),
         (["run", "two-walls", "--iterations", "3", "--converge", "1e-3"], ["together"]),
@@ -183,7 +209,7 @@ def test_asking_an_unstable_scheme_for_its_answer_fails():
 
 def test_compare_prints_a_table_and_draws_the_picture_with_its_data(tmp_path):
     text = _good(flatland("compare", "fig5-one-light", "--bands", "2", "-o", "a.png", cwd=tmp_path))
-    for word in ("lpv()", "dom4()", "dom8()", "floor"):
+    for word in ("lpv()", "dom4()", "dom8()", "floor", "leak"):
         assert word in text
     assert (tmp_path / "a.png").read_bytes().startswith(b"\x89PNG")
     assert load_dataset(tmp_path / "a.nc").sizes["scheme"] == 3

@@ -31,6 +31,14 @@ def test_a_black_field_is_all_wrong(name, exact):
     assert metrics.MEASURES[name].function(black, exact) == pytest.approx(1.0)
 
 
+def test_leak_is_the_share_of_the_flux_in_dark_cells(exact):
+    values, found = exact.values.copy(), np.zeros_like(exact.values)
+    values[:, 1:, :] = 0.0
+    found[0] = 1.0
+    assert metrics.leak(_like(exact, found), _like(exact, values)) == pytest.approx(0.75)
+    assert metrics.leak(_like(exact, found), exact) == 0.0
+
+
 def test_a_wrong_exposure_is_forgiven_by_the_best_scale_only(exact):
     dim = _like(exact, 0.25 * exact.values)
     assert metrics.relative_l2(dim, exact) == pytest.approx(0.75)

@@ -1,0 +1,112 @@
+"""Light that walls send back into the cell it came from: a sparse pass after a sweep.
+
+A reflection touches only cells next to walls, so it stays out of the sweep itself: a run without
+it does not pay for it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from flatland.kernels.assembly import significant
+from flatland.kernels.layout import Layout
+from flatland.kernels.reports import Buffer
+from flatland.stencil import Stencil
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Reflection:
+    """What cells get back of the light they send (Kaplanyan & Dachsbacher 2010, section 7).
+
+    cells: (M, dimension), each once. lobes: (M, K, size), coefficients that cell m gets in the
+    next step for a flux of coefficient 0 of one that it sends along offset d, before anything is
+    stopped; lobes[m, d, 0] is the share that comes back, at most what is stopped.
+    """
+
+    cells: NDArray[np.int64]
+    lobes: Array
+
+    @property
+    def key(self) -> bytes:
+        """What makes two reflections the same."""
+        return self.cells.tobytes() + self.lobes.tobytes()
+
+    def blocks(self, stencil: Stencil) -> Array:
+        """M(x) = Σ_d lobe(x, d) ⊗ T_d[0, :], (M, size, size): the local term of the operator."""
+        return np.einsum("mdj,dk->mjk", self.lobes, sent_rows(stencil))
+
+
+class Reflector:
+    """A reflection on one layout: target(x) += Σ_d lobe(x, d) · (flux sent along d)."""
+
+    def __init__(self, reflection: Reflection, stencil: Stencil, layout: Layout) -> None:
+        self.stencil, self.stride = stencil, layout.component_stride
+        self._index = layout.index(reflection.cells)
+        self._lobes = np.ascontiguousarray(reflection.lobes)
+        self._rows = sent_rows(stencil)
+
+    def add(self, source: Buffer, target: Buffer, factor: float) -> None:
+        """target += factor · (what comes back of `source`)."""
+        _add(self._fluxes(source), self._lobes, self._index, self.stride, factor, target, None)
+
+    def step(self, source: Buffer, target: Buffer, total: Buffer) -> Array:
+        """Add to the newest light and to the total; returns changes (size + 2,) of their sums.
+
+        Per component; of the sum of all squares; and the flux that came back.
+        """
+        fluxes = self._fluxes(source)
+        return np.asarray(_add(fluxes, self._lobes, self._index, self.stride, 1.0, target, total))
+
+    def _fluxes(self, source: Buffer) -> Array:
+        """Flux (M, K), in units of coefficient 0, that the cells send along each offset."""
+        if not self.stencil.clamp:
+            return np.asarray(_linear_fluxes(source, self._index, self.stride, self._rows))
+        assert self.stencil.reception is not None
+        assert self.stencil.emission is not None
+        places = self._index[:, None] + self.stride * np.arange(self._rows.shape[1])
+        faces = np.einsum("dfk,mk->mdf", self.stencil.reception, source[places].astype(float))
+        return np.einsum("df,mdf->md", self.stencil.emission[:, 0], np.maximum(faces, 0.0))
+
+
+def sent_rows(stencil: Stencil) -> Array:
+    """T_d[0, :], (K, size): flux sent along each offset per unit of each coefficient."""
+    return np.ascontiguousarray(significant(stencil.transfer)[:, 0, :])
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def _linear_fluxes(source, index, stride, rows):  # type: ignore[no-untyped-def]
+    fluxes = np.zeros((index.size, rows.shape[0]))
+    for m in range(index.size):
+        for k in range(rows.shape[1]):
+            light = float(source[index[m] + k * stride])
+            for d in range(rows.shape[0]):
+                fluxes[m, d] += rows[d, k] * light
+    return fluxes
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def _add(fluxes, lobes, index, stride, factor, target, total):  # type: ignore[no-untyped-def]
+    size = lobes.shape[2]
+    report = np.zeros(size + 2)
+    for m in range(index.size):
+        for k in range(size):
+            share = 0.0
+            for d in range(fluxes.shape[1]):
+                share += lobes[m, d, k] * fluxes[m, d]
+            at = index[m] + k * stride
+            old = float(target[at])
+            target[at] += factor * share
+            # What float32 really added, so that the books agree with the field.
+            new = float(target[at])
+            if total is not None:
+                total[at] += factor * share
+            report[k] += new - old
+            report[size] += new * new - old * old
+    report[size + 1] = report[0]
+    return report

@@ -1,0 +1,146 @@
+"""What a scene's walls do to the links of a stencil: stop light, and send some of it back."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flatland.blocking import (
+    exact_reflection,
+    exact_transmittance,
+    fuzzy_reflection,
+    fuzzy_transmittance,
+    surfels_of_segments,
+)
+from flatland.errors import bad_input
+from flatland.injectors.area import AreaLight
+from flatland.injectors.lamp import Lamp
+from flatland.kernels import Reflection
+from flatland.scene import Scene
+from flatland.sources import Segment
+from flatland.stencil import Stencil
+
+Array = NDArray[np.float64]
+
+BLOCKING = ("exact", "fuzzy", "none")
+
+
+@dataclass(frozen=True)
+class Occlusion:
+    """transmittance: τ(x, d), (K, *shape), or None: nothing blocks.
+
+    reflections: what comes back, () if nothing does, else one for all colours or one for each.
+    free_first_step: the first step after injection is not blocked (Kaplanyan & Dachsbacher 2010,
+    3.3: light starts among the surfels of the very surface that sends it).
+    """
+
+    transmittance: Array | None = None
+    reflections: tuple[Reflection, ...] = ()
+    free_first_step: bool = False
+
+    @property
+    def coloured(self) -> bool:
+        """Whether every colour has to be stepped by itself."""
+        return len(self.reflections) > 1
+
+
+@dataclass(frozen=True)
+class Walls:
+    """How walls are read. See `Simulation` for the meaning of each."""
+
+    blocking: str = "exact"
+    strength: float = 1.0
+    bounces: bool = True
+    lights_block: bool = False
+
+    def __post_init__(self) -> None:
+        if self.blocking not in BLOCKING:
+            raise bad_input("blocking", self.blocking, "is unknown", BLOCKING)
+        if not (np.isfinite(self.strength) and self.strength >= 0):
+            raise bad_input("strength", self.strength, "must be finite and at least 0")
+
+    def occlusion(self, scene: Scene, stencil: Stencil) -> Occlusion:
+        """What the scene's occluders, and its area lights if they block, do to a stencil."""
+        lights = _blocking_lights(scene) if self.lights_block else []
+        segments = [*scene.segments(), *(wall for _, wall in lights)]
+        if self.blocking == "none" or not segments:
+            return Occlusion()
+        tau = self._transmittance(scene, stencil, segments)
+        if tau is not None and lights:
+            tau = self._freed(scene, stencil, lights, tau)
+        if tau is None:
+            return Occlusion()
+        reflections = self._reflections(scene, stencil, segments, tau) if self.bounces else ()
+        return Occlusion(tau, reflections, self.blocking == "fuzzy")
+
+    def _transmittance(
+        self, scene: Scene, stencil: Stencil, segments: Sequence[Segment]
+    ) -> Array | None:
+        if self.blocking == "exact":
+            return exact_transmittance(scene.grid, segments, stencil.offsets)
+        surfels = surfels_of_segments(scene.grid, segments)
+        return fuzzy_transmittance(
+            scene.grid.shape, surfels, stencil.offsets, stencil.basis, self.strength
+        )
+
+    def _freed(
+        self,
+        scene: Scene,
+        stencil: Stencil,
+        lights: Sequence[tuple[AreaLight, Segment]],
+        tau: Array,
+    ) -> Array:
+        """τ without a light on the links that lead from the cells it shines in to its front."""
+        result = tau.copy()
+        walls = scene.segments()
+        for number, (light, _) in enumerate(lights):
+            others = [wall for i, (_, wall) in enumerate(lights) if i != number]
+            without = self._transmittance(scene, stencil, [*walls, *others])
+            cells = tuple(light.deposit(scene.grid, stencil.basis).cells)
+            for d in np.flatnonzero(stencil.offsets @ light.normal >= 0):
+                open_share = 1.0 if without is None else without[(d, *cells)]
+                result[(d, *cells)] = np.maximum(result[(d, *cells)], open_share)
+        return result
+
+    def _reflections(
+        self, scene: Scene, stencil: Stencil, segments: Sequence[Segment], tau: Array
+    ) -> tuple[Reflection, ...]:
+        albedo = np.array([segment.albedo for segment in segments])
+        if not albedo.any():
+            return ()
+        if np.all(albedo == albedo[:, :1]):
+            # Grey walls do the same to every colour.
+            albedo = albedo[:, :1]
+            segments = [Segment(s.start, s.stop, a) for s, a in zip(segments, albedo)]
+        grid, offsets, basis = scene.grid, stencil.offsets, stencil.basis
+        if self.blocking == "exact":
+            return tuple(exact_reflection(grid, segments, offsets, basis, tau))
+        surfels = surfels_of_segments(grid, segments)
+        return tuple(fuzzy_reflection(surfels, albedo, offsets, basis, tau))
+
+
+def without_first_bounces(scene: Scene) -> Scene:
+    """The scene with only the own light of its lamps, for a run that follows bounces itself.
+
+    A lamp that injects its bounce alone is left as it is: its own light is not propagated.
+    """
+    lights = [
+        light.model_copy(update={"part": "direct"})
+        if isinstance(light, Lamp) and light.part == "both"
+        else light
+        for light in scene.lights
+    ]
+    return scene.model_copy(update={"lights": tuple(lights)})
+
+
+def _blocking_lights(scene: Scene) -> list[tuple[AreaLight, Segment]]:
+    """Area lights in 2D and the black walls that they are."""
+    black = np.zeros(max(1, scene.colours))
+    return [
+        (light, Segment(np.array(light.start), np.array(light.end), black))
+        for light in scene.lights
+        if isinstance(light, AreaLight)
+    ]
