@@ -11,7 +11,7 @@ from scipy.linalg import qr, solve_triangular
 
 from flatland.field import Field
 from flatland.harmonics import AngularBasis
-from flatland.injectors import Injector
+from flatland.injectors import Emission
 from flatland.injectors.base import require_basis
 from flatland.memory import require_memory
 from flatland.scene import Scene
@@ -28,8 +28,8 @@ def inject(scene: Scene, basis: AngularBasis) -> Field:
     Carries exactly the flux of the lights. Raises InputError for a basis of the wrong dimension
     and for a field that would not fit into memory.
     """
-    spectra = _spectra(scene)
-    values = _superpose(scene, basis, scene.lights, spectra)
+    emissions = _emissions(scene, basis)
+    values = _superpose(scene, basis, emissions, _spectra(scene, emissions))
     return Field(scene.grid, basis, values if scene.colours else values[0])
 
 
@@ -39,17 +39,28 @@ def independent_spectra(scene: Scene, basis: AngularBasis) -> tuple[Array, Array
     Returns patterns (K, size, *shape) and mixing (max(1, colours), K), K ≥ 1. Whatever is linear
     can be computed once per pattern. The patterns are the fields of K colour channels; every
     other channel is a mix of these, to DEPENDENCE. K = 1 if all lights are grey or proportional
-    to each other. Holds for the light alone: coloured walls that reflect mix channels on the way.
+    to each other, and so are the walls that lamps bounce off. Holds for what is injected: coloured
+    walls that reflect mix channels on the way.
     """
-    spectra = _spectra(scene)
+    emissions = _emissions(scene, basis)
+    spectra = _spectra(scene, emissions)
     chosen, mixing = factor_spectra(spectra)
-    return _superpose(scene, basis, scene.lights, spectra[:, chosen]), mixing
+    return _superpose(scene, basis, emissions, spectra[:, chosen]), mixing
+
+
+def most_spectra(scene: Scene) -> int:
+    """An upper limit of the K of `independent_spectra`, without tracing any light.
+
+    Every wall of another colour may add a spectrum to each lamp that it reflects.
+    """
+    bouncing = sum(light.bounces for light in scene.lights)
+    return max(1, min(scene.colours, len(scene.lights) + bouncing * len(scene.occluders)))
 
 
 def factor_spectra(spectra: Array) -> tuple[NDArray[np.int64], Array]:
     """Columns to keep (K,) and mixing (colours, K), spectra ≈ spectra[:, kept] @ mixing.T.
 
-    spectra: (lights, colours). Pivoted QR of columns scaled to length 1, so that a faint channel
+    spectra: (emissions, colours). Pivoted QR of columns scaled to length 1, so that a faint channel
     counts as much as a bright one. K is at least 1.
     """
     lengths = np.linalg.norm(spectra, axis=0)
@@ -75,23 +86,33 @@ def _pivoted_triangle(matrix: Array) -> tuple[Array, NDArray[np.int64]]:
     return triangle, order
 
 
-def _spectra(scene: Scene) -> Array:
-    """Strength of each light in each channel, (lights, max(1, colours))."""
-    colours = scene.colours
-    rows = [light.channels(colours) for light in scene.lights]
-    return np.array(rows).reshape(len(rows), max(1, colours))
+def _emissions(scene: Scene, basis: AngularBasis) -> list[Emission]:
+    """What all lights put into cells."""
+    require_basis(basis, scene.grid)
+    # Before any light is traced: the coefficients alone must fit.
+    require_memory(8 * basis.size * scene.grid.cell_count, "bands", basis.bands)
+    walls, colours = scene.segments(), scene.colours
+    return [
+        emission
+        for light in scene.lights
+        for emission in light.emissions(scene.grid, basis, walls, colours)
+    ]
+
+
+def _spectra(scene: Scene, emissions: Sequence[Emission]) -> Array:
+    """Strength of each emission in each channel, (emissions, max(1, colours))."""
+    rows = [emission.spectrum for emission in emissions]
+    return np.array(rows).reshape(len(rows), max(1, scene.colours))
 
 
 def _superpose(
-    scene: Scene, basis: AngularBasis, lights: Sequence[Injector], weights: Array
+    scene: Scene, basis: AngularBasis, emissions: Sequence[Emission], weights: Array
 ) -> Array:
-    """Σ over lights of weights[light, k] times its pattern, (K, size, *shape)."""
-    grid = scene.grid
-    require_basis(basis, grid)
-    shape = (weights.shape[1], basis.size, *grid.shape)
+    """Σ over emissions of weights[emission, k] times its pattern, (K, size, *shape)."""
+    shape = (weights.shape[1], basis.size, *scene.grid.shape)
     require_memory(8 * math.prod(shape), "bands", basis.bands)
     values = np.zeros(shape)
-    for light, row in zip(lights, weights):
-        cells, coefficients = light.deposit(grid, basis)
+    for emission, row in zip(emissions, weights):
+        cells, coefficients = emission.deposit
         values[(slice(None), slice(None), *cells)] += row[:, None, None] * coefficients.T
     return values

@@ -44,7 +44,20 @@ class PointSource:
     lobe_direction: Vector | None = None
 
 
-Source = SegmentSource | PointSource
+@dataclass(frozen=True, eq=False)
+class ParallelSource:
+    """Parallel light that enters through the grid's border from outside and blocks nothing.
+
+    direction: unit vector (dimension,) that the light travels along. spectrum: irradiance per
+    colour (colours,) [W/m in 2D, W/m² in 3D] on a surface perpendicular to it. Only what is inside
+    the grid shades it, walls on the grid's border included.
+    """
+
+    direction: Vector
+    spectrum: Vector
+
+
+Source = SegmentSource | PointSource | ParallelSource
 
 
 @dataclass(frozen=True, eq=False)

@@ -14,10 +14,8 @@ from flatland.harmonics import AngularBasis
 from flatland.injectors.base import Array, Deposit, Injector
 from flatland.injectors.item import is_degenerate
 from flatland.injectors.values import Broken, OptionalPerColour, Point
+from flatland.moved_segments import ON_BORDER, cells_along, on_border
 from flatland.sources import SegmentSource, Source
-
-#: In cells: what lies this close to a cell border lies on it, as in Grid.contains.
-ON_BORDER = 1e-9
 
 
 class AreaLight(Injector):
@@ -99,36 +97,16 @@ class AreaLight(Injector):
     def _leaves(self, grid: Grid) -> bool:
         moved = self._moved(grid)
         # On the border with the front outwards, the cell in front is the one beyond the border.
-        probe = np.where(_on_border(moved, self.normal), moved + 0.5 * np.sign(self.normal), moved)
+        probe = np.where(on_border(moved, self.normal), moved + 0.5 * np.sign(self.normal), moved)
         return bool(np.any(probe < -ON_BORDER) or np.any(probe > np.array(grid.shape) + ON_BORDER))
 
     def _shares(self, grid: Grid) -> tuple[NDArray[np.int64], Array]:
         """Cells (2, K) under the moved segment and the part of its length in each (K,)."""
-        moved = self._moved(grid)
-        inner = np.concatenate([*map(_border_crossings, *moved)])
-        # A border that only touches an end cuts nothing off.
-        margin = ON_BORDER * grid.spacing / self.length
-        cuts = np.unique([0.0, *inner[(inner > margin) & (inner < 1 - margin)], 1.0])
-        middles = moved[0] + 0.5 * (cuts[1:] + cuts[:-1])[:, None] * (moved[1] - moved[0])
-        in_front = np.rint(moved[0]) + 0.5 * np.sign(self.normal)
-        middles = np.where(_on_border(moved, self.normal), in_front, middles)
-        inside = np.clip(np.floor(middles).astype(np.int64), 0, np.array(grid.shape) - 1)
+        cuts, cells = cells_along(self._moved(grid), self.normal)
+        inside = np.clip(cells, 0, np.array(grid.shape) - 1)
         # Rounding at a cell's corner may cut one cell's part in two.
         flat = np.ravel_multi_index(tuple(inside.T), grid.shape)
         unique, place = np.unique(flat, return_inverse=True)
         return np.stack(np.unravel_index(unique, grid.shape)), np.bincount(
             place, np.diff(cuts)
         ).astype(float)
-
-
-def _border_crossings(start: float, stop: float) -> Array:
-    """Parameters t at which start + t (stop - start) is a whole number in between."""
-    low, high = min(start, stop), max(start, stop)
-    borders = np.arange(np.floor(low) + 1, np.ceil(high))
-    return (borders - start) / (stop - start) if borders.size else borders
-
-
-def _on_border(moved: Array, normal: Array) -> NDArray[np.bool_]:
-    """Per axis: whether the whole segment (2, 2) lies on a cell border that faces the normal."""
-    nearest = np.rint(moved[0])
-    return np.all(np.abs(moved - nearest) <= ON_BORDER, axis=0) & (np.abs(normal) > 0.5)

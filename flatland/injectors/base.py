@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from abc import abstractmethod
+from collections.abc import Sequence
 from pathlib import Path
-from typing import NamedTuple
+from typing import ClassVar, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,10 +14,15 @@ from flatland.errors import bad_input
 from flatland.grid import Grid
 from flatland.harmonics import AngularBasis
 from flatland.injectors.item import SceneItem, Surroundings, per_channel
-from flatland.injectors.values import Direction
-from flatland.sources import Source
+from flatland.injectors.values import Broken, Direction
+from flatland.shadow_map import LightBudget
+from flatland.sources import Segment, Source
 
 Array = NDArray[np.float64]
+
+#: Of what a light injects: what it sends itself, what the first surfaces it meets send back, or
+#: both. "lamp": what it sends itself, injected or not.
+Part = Literal["both", "direct", "bounce", "lamp"]
 
 
 class Deposit(NamedTuple):
@@ -26,11 +32,22 @@ class Deposit(NamedTuple):
     coefficients: Array
 
 
+class Emission(NamedTuple):
+    """Light of one spectrum (max(1, colours),), and what one unit of it puts into cells."""
+
+    spectrum: Array
+    deposit: Deposit
+
+
 class Injector(SceneItem):
     """A light of a scene: a spectrum times a pattern of unit flux.
 
     Subclasses set `dimensions` and `colour_keys` and answer `strength`, `deposit`, `sources`.
+    Those whose light depends on the scene's walls answer `emissions` and `twins` too.
     """
+
+    #: Whether the light casts a shadow map, so that its first bounce off walls is known.
+    bounces: ClassVar[bool] = False
 
     @property
     @abstractmethod
@@ -44,6 +61,30 @@ class Injector(SceneItem):
     @abstractmethod
     def sources(self, grid: Grid, colours: int = 0) -> list[Source]:
         """The exact twin of the pattern, spectra of length max(1, colours)."""
+
+    def emissions(
+        self, grid: Grid, basis: AngularBasis, walls: Sequence[Segment] = (), colours: int = 0
+    ) -> list[Emission]:
+        """All that this light puts into cells among walls, one entry per spectrum."""
+        return [Emission(self.channels(colours), self.deposit(grid, basis))]
+
+    def twins(
+        self,
+        grid: Grid,
+        walls: Sequence[Segment] = (),
+        colours: int = 0,
+        part: Part = "both",
+    ) -> list[Source]:
+        """The exact twins of `emissions`, of all of them or of a part."""
+        return [] if part == "bounce" else self.sources(grid, colours)
+
+    def wall_misfits(self, grid: Grid, walls: Sequence[Segment]) -> list[Broken]:
+        """Rules that the keys break against the scene's walls; asked of lights that bounce."""
+        return []
+
+    def budget(self, grid: Grid, walls: Sequence[Segment], colours: int = 0) -> LightBudget | None:
+        """Where the light goes before it is reflected; None where nothing but a solver knows."""
+        return None
 
     @property
     def spectrum(self) -> tuple[float, ...]:
@@ -67,6 +108,15 @@ class Injector(SceneItem):
         cells, coefficients = self.deposit(grid, basis)
         pattern[(slice(None), *cells)] = coefficients.T
         return pattern
+
+
+def collect(cells: NDArray[np.int64], coefficients: Array, shape: tuple[int, ...]) -> Deposit:
+    """One deposit from cells (dimension, K) in any order, repeated or not, and (K, size)."""
+    flat = np.ravel_multi_index(tuple(cells), shape)
+    unique, place = np.unique(flat, return_inverse=True)
+    sums = np.zeros((unique.size, coefficients.shape[1]))
+    np.add.at(sums, place, coefficients)
+    return Deposit(np.stack(np.unravel_index(unique, shape)), sums)
 
 
 def require_basis(basis: AngularBasis, grid: Grid) -> None:

@@ -13,6 +13,8 @@ from pydantic_core import PydanticCustomError
 LARGEST = 1e100
 #: Most cells along an axis: indices stay within 32 bits.
 MOST_CELLS = 2**31 - 1
+#: Most texels of a shadow map, and most sides of a circle.
+MOST_TEXELS, MOST_SIDES = 2**20, 2**16
 #: Marks "the value that was given", where a broken rule brings no value of its own.
 AS_GIVEN = object()
 
@@ -50,12 +52,12 @@ def check_number(
     return float(value)
 
 
-def check_whole(value: Any, minimum: int = 0) -> int:
-    """`value` as a whole number from `minimum` to MOST_CELLS."""
+def check_whole(value: Any, minimum: int = 0, maximum: int = MOST_CELLS) -> int:
+    """`value` as a whole number from `minimum` to `maximum`."""
     if isinstance(value, bool) or not isinstance(value, int):
         raise refuse(Broken("must be a whole number"))
-    if not minimum <= value <= MOST_CELLS:
-        raise refuse(Broken(f"must be a whole number from {minimum} to {MOST_CELLS}"))
+    if not minimum <= value <= maximum:
+        raise refuse(Broken(f"must be a whole number from {minimum} to {maximum}"))
     return int(value)
 
 
@@ -91,6 +93,21 @@ def check_direction(value: Any) -> tuple[float, ...]:
     if not any(direction):
         raise refuse(Broken("must not be zero in all components"))
     return direction
+
+
+def check_radius(value: Any) -> float:
+    radius = check_number(value)
+    if radius < 1 / LARGEST:
+        raise refuse(Broken(f"must be greater than 0, at least {1 / LARGEST:g}"))
+    return radius
+
+
+def check_texels(value: Any) -> int:
+    return check_whole(value, 1, MOST_TEXELS)
+
+
+def check_sides(value: Any) -> int:
+    return check_whole(value, 3, MOST_SIDES)
 
 
 def check_vertices(value: Any) -> tuple[tuple[float, float], ...]:
@@ -146,6 +163,11 @@ Spacing = Annotated[float, PlainValidator(check_spacing)]
 Point = Annotated[tuple[float, float], PlainValidator(check_point)]
 Origin = Annotated[tuple[float, ...], PlainValidator(check_origin)]
 Direction = Annotated[tuple[float, ...] | None, PlainValidator(check_direction)]
+Position = Annotated[tuple[float, ...], PlainValidator(check_position)]
+Heading = Annotated[tuple[float, ...], PlainValidator(check_direction)]
+Radius = Annotated[float, PlainValidator(check_radius)]
+Texels = Annotated[int, PlainValidator(check_texels)]
+Sides = Annotated[int, PlainValidator(check_sides)]
 Vertices = Annotated[tuple[tuple[float, float], ...], PlainValidator(check_vertices)]
 Index = Annotated[int, PlainValidator(check_whole)]
 OptionalIndex = Annotated[int | None, PlainValidator(check_whole)]

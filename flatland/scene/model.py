@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any, Self, Union
 
@@ -21,11 +22,13 @@ from pydantic import (
 from flatland.errors import InputError
 from flatland.grid import Grid
 from flatland.injectors import INJECTORS, Injector
+from flatland.injectors.base import Part
 from flatland.injectors.item import SceneItem, Surroundings, rule_of
 from flatland.injectors.values import Broken, Origin, Shape, Spacing, Text, refuse
 from flatland.memory import require_memory
 from flatland.occluders import OCCLUDERS, Occluder
 from flatland.scene.problems import SceneError, problems_in, scene_error
+from flatland.shadow_map import LightBudget
 from flatland.sources import Segment, Source
 
 #: What the leanest run holds: source, target and accumulated field, one band, float32.
@@ -109,10 +112,23 @@ class Scene(BaseModel):
         """Number of colour channels; 0 if every light and albedo is a single number."""
         return max((item.colours for item in (*self.lights, *self.occluders)), default=0)
 
-    def sources(self) -> list[Source]:
-        """What the lights really are; spectra of length max(1, colours)."""
+    def sources(self, part: Part = "both") -> list[Source]:
+        """What the lights really are; spectra of length max(1, colours).
+
+        The exact twins of what a stencil gets, or the "direct" or "bounce" part of it. "lamp": all
+        that shines by itself, whatever a light's `inject` says: where a method that follows every
+        bounce itself starts.
+        """
+        walls = self.segments()
         grid, colours = self.grid, self.colours
-        return [source for light in self.lights for source in light.sources(grid, colours)]
+        return [
+            source for light in self.lights for source in light.twins(grid, walls, colours, part)
+        ]
+
+    def budgets(self) -> list[LightBudget | None]:
+        """Per light, where its flux goes before it is reflected; None for kinds without a map."""
+        walls = self.segments()
+        return [light.budget(self.grid, walls, self.colours) for light in self.lights]
 
     def segments(self) -> list[Segment]:
         """The walls of all occluders; albedo (max(1, colours),)."""
@@ -128,6 +144,18 @@ class Scene(BaseModel):
             if items:
                 tables[key] = [{"kind": item.kind, **_changed(item)} for item in items]
         return tables
+
+    @model_validator(mode="after")
+    def _lights_are_clear_of_walls(self) -> Self:
+        walls = self.segments() if any(light.bounces for light in self.lights) else []
+        broken = [
+            replace(rule, key=f"light, {number}, {rule.key}")
+            for number, light in enumerate(self.lights, 1)
+            for rule in light.wall_misfits(self.grid, walls)
+        ]
+        if broken:
+            raise refuse(*broken)
+        return self
 
     @model_validator(mode="after")
     def _colours_fit(self) -> Self:
@@ -149,7 +177,7 @@ def too_large(shape: tuple[int, ...], colours: int = 1) -> list[Broken]:
 
 def _changed(table: BaseModel) -> dict[str, Any]:
     """Keys of a table that differ from their default."""
-    return table.model_dump(exclude_defaults=True)
+    return table.model_dump(exclude_defaults=True, by_alias=True)
 
 
 def _plain(value: Any) -> Any:

@@ -100,11 +100,16 @@ def _problems(detail: ErrorDetails, scene: type[BaseModel], source: str) -> Iter
     elif len(path) > 1:
         table = scene.model_fields["grid_table"].annotation
     for broken in _broken_rules(detail, table):
-        key = (*path, *broken.key.split(", ")) if broken.key else tuple(path)
+        key = (*path, *_parts(broken.key)) if broken.key else tuple(path)
         value = detail["input"] if broken.value is AS_GIVEN else broken.value
         about = key[:-1] if detail["type"] in ABOUT_TABLE else key
         refused = bad_input(_place(about), Shown(value), broken.rule, broken.choices)
         yield Problem(str(refused), source, key)
+
+
+def _parts(key: str) -> list[str | int]:
+    """ "light, 1, start" as ["light", 1, "start"]."""
+    return [int(part) if part.isdecimal() else part for part in key.split(", ")]
 
 
 def _broken_rules(detail: ErrorDetails, table: type[BaseModel]) -> Sequence[Broken]:

@@ -42,6 +42,21 @@ flux = 16.0             # or radiance = ...; for colours a list: flux = [16.0, 8
 # last = 23
 #
 # [[light]]
+# kind = "point"        # shines in all directions, and off the walls
+# position = [4.5, 24.5]
+# flux = 4.0
+# inject = "both"       # or "direct", its own light, or "bounce", what walls send back
+#
+# [[light]]
+# kind = "directional"  # parallel light from outside, and what walls send back
+# direction = [1.0, -2.0]
+# irradiance = 0.5      # per metre across the light
+#
+# [[light]]
+# kind = "environment"  # the same from every direction outside
+# radiance = 0.1
+#
+# [[light]]
 # kind = "file"
 # file = "light.npz"    # array "coefficients" of shape (2 n - 1, 32, 32) for n bands
 # multiplier = 1.0
@@ -56,6 +71,11 @@ albedo = 0.0            # reflected share, 0 is black
 # [[occluder]]
 # kind = "polygon"
 # vertices = [[22.0, 18.0], [28.0, 18.0], [25.0, 24.0]]
+#
+# [[occluder]]
+# kind = "circle"
+# center = [10.0, 26.0]
+# radius = 3.0
 """
 
 

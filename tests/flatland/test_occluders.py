@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from flatland.occluders import OCCLUDERS, PolygonOccluder, SegmentOccluder
+from flatland.occluders import OCCLUDERS, CircleOccluder, PolygonOccluder, SegmentOccluder
 
 TRIANGLE = ((0.0, 0.0), (4.0, 0.0), (0.0, 3.0))
 
@@ -18,6 +18,39 @@ def test_polygon_closes_itself():
     walls = PolygonOccluder(vertices=TRIANGLE).segments()
     assert sum(np.linalg.norm(wall.stop - wall.start) for wall in walls) == pytest.approx(12.0)
     np.testing.assert_array_equal(walls[-1].stop, walls[0].start)
+
+
+@pytest.mark.parametrize("sides", [3, 4, 7, 64])
+def test_circle_keeps_its_circumference_whatever_its_number_of_sides(sides):
+    walls = CircleOccluder(center=(1.0, -2.0), radius=1.5, segments=sides).segments()
+    lengths = [np.linalg.norm(wall.stop - wall.start) for wall in walls]
+    assert len(lengths) == sides
+    np.testing.assert_allclose(lengths, 2 * np.pi * 1.5 / sides, rtol=1e-12)
+    np.testing.assert_array_equal(walls[-1].stop, walls[0].start)
+
+
+def test_outline_of_a_circle_comes_closer_with_the_square_of_its_sides():
+    sides, errors = np.array([8, 16, 32, 64]), []
+    for count in sides:
+        outline = CircleOccluder(center=(0.0, 0.0), radius=1.0, segments=int(count)).segments()
+        middles = [0.5 * (wall.start + wall.stop) for wall in outline]
+        errors.append(1 - np.linalg.norm(middles, axis=1).min())
+    slope = np.polyfit(np.log(sides), np.log(errors), 1)[0]
+    assert -2.1 < slope < -1.9, f"order {-slope:.2f}, errors {errors}"
+    assert errors[-1] == pytest.approx((np.pi / 64) ** 2 / 3, rel=1e-2)
+
+
+def test_circle_stays_within_its_extent_along_the_axes():
+    walls = CircleOccluder(center=(3.0, 2.0), radius=2.0).segments()
+    corners = np.array([wall.start for wall in walls])
+    assert (corners.min(axis=0) > [1, 0]).all()
+    assert (corners.max(axis=0) < [5, 4]).all()
+
+
+@pytest.mark.parametrize("keys", [{"radius": 0.0}, {"radius": 1.0, "segments": 2}])
+def test_bad_circle_is_refused(keys):
+    with pytest.raises(ValidationError, match="radius|segments"):
+        CircleOccluder(center=(0.0, 0.0), **keys)
 
 
 @pytest.mark.parametrize(

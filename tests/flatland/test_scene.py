@@ -9,8 +9,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from flatland.grid import Grid
-from flatland.injectors import AreaLight
-from flatland.occluders import SegmentOccluder
+from flatland.injectors import INJECTORS, AreaLight
+from flatland.occluders import OCCLUDERS, SegmentOccluder
 from flatland.scene import (
     Scene,
     builtin_names,
@@ -88,11 +88,15 @@ def test_every_builtin_scene_survives_toml(name):
     assert parse_scene(scene_to_toml(scene)) == scene
 
 
+#: Built-in scenes whose surfaces reflect, in colours.
+COLOURED = {"atrium", "cornell-2d"}
+
+
 @pytest.mark.parametrize("name", builtin_names())
-def test_every_builtin_scene_is_black_and_grey(name):
+def test_every_other_builtin_scene_is_black_and_grey(name):
     scene = load_scene(name)
-    assert scene.colours == 0
-    assert not any(wall.albedo.any() for wall in scene.segments())
+    assert scene.colours == (3 if name in COLOURED else 0)
+    assert any(wall.albedo.any() for wall in scene.segments()) == (name in COLOURED)
 
 
 def test_template_loads():
@@ -104,8 +108,8 @@ def test_every_example_in_the_template_loads(tmp_path):
     np.savez(tmp_path / "light.npz", coefficients=np.zeros((3, 32, 32)))
     text = re.sub(r"^# (?=\[\[|\w+ = )", "", scene_template(), flags=re.MULTILINE)
     scene = parse_scene(text, directory=tmp_path)
-    assert {light.kind for light in scene.lights} == {"area", "cell", "wall", "file"}
-    assert {occluder.kind for occluder in scene.occluders} == {"segment", "polygon"}
+    assert {light.kind for light in scene.lights} == set(INJECTORS)
+    assert {occluder.kind for occluder in scene.occluders} == set(OCCLUDERS)
 
 
 def test_file_is_found_by_path_and_names_its_data_from_its_own_folder(tmp_path):
@@ -210,11 +214,22 @@ def scenes(draw):
             {"kind": st.just("wall"), "side": st.sampled_from(["left", "top"]), "flux": flux},
             optional={"first": st.integers(0, 3), "last": st.integers(3, 7), **optional},
         ),
+        st.fixed_dictionaries(
+            {"kind": st.just("directional"), "irradiance": flux, **optional},
+            optional={"inject": st.sampled_from(["bounce", "both"]), "texels": st.integers(1, 99)},
+        ),
+        st.fixed_dictionaries({"kind": st.just("environment"), "radiance": flux}),
     )
-    occluder = st.fixed_dictionaries(
-        {"kind": st.just("segment"), "start": anywhere, "end": anywhere},
-        optional={"albedo": per_colour(share, colours)},
-    ).filter(far_apart)
+    albedo = {"albedo": per_colour(share, colours)}
+    occluder = st.one_of(
+        st.fixed_dictionaries(
+            {"kind": st.just("segment"), "start": anywhere, "end": anywhere}, optional=albedo
+        ).filter(far_apart),
+        st.fixed_dictionaries(
+            {"kind": st.just("circle"), "center": anywhere, "radius": st.floats(1, 1e6)},
+            optional={"segments": st.integers(3, 20), **albedo},
+        ),
+    )
     return {
         "title": draw(st.text(st.characters(codec="utf-8"))),
         "grid": {"shape": [8, 8], "origin": [draw(st.floats(-1e-3, 1e-3)), 0]},

@@ -15,6 +15,10 @@ HEAD = "[grid]\nshape = [17, 17]\n"
 AREA = '[[light]]\nkind = "area"\nstart = [2, 2]\nend = [4, 2]\nflux = 1\n'
 CELL = '[[light]]\nkind = "cell"\ncell = [1, 1]\nflux = 1\n'
 WALL = '[[light]]\nkind = "wall"\nside = "left"\nflux = 1\n'
+POINT = '[[light]]\nkind = "point"\nposition = [5, 5]\nflux = 1\n'
+SUN = '[[light]]\nkind = "directional"\ndirection = [1, -2]\nirradiance = 1\n'
+SKY = '[[light]]\nkind = "environment"\nradiance = 1\n'
+CIRCLE = '[[occluder]]\nkind = "circle"\ncenter = [5, 9]\nradius = 2\n'
 SEGMENT = '[[occluder]]\nkind = "segment"\nstart = [2, 2]\nend = [4, 2]\n'
 
 
@@ -49,11 +53,34 @@ MISTAKES = {
     "last before first": (HEAD + WALL + "first = 3\nlast = 2", "last = 2: must be at least"),
     "two directions": (HEAD + WALL + "isotropic = true\ndirection = [1, 0]", "isotropic"),
     "truth value as text": (HEAD + WALL + 'isotropic = "yes"', "must be true or false"),
+    "point outside": (HEAD + POINT.replace("5, 5", "5, 18"), "light 1, position = [5.0, 18.0]: mu"),
+    "point on the border": (HEAD + POINT.replace("5, 5", "0, 5"), "must lie inside the grid"),
+    "point in 3D": (HEAD + POINT.replace("5, 5", "5, 5, 5"), "must be 2 numbers"),
+    "point on an occluder": (
+        HEAD + POINT + POINT.replace("5, 5", "3, 2") + SEGMENT,
+        "line 9: light 2, position = [3.0, 2.0]: must not lie on an occluder",
+    ),
+    "no flux": (HEAD + POINT.replace("flux = 1", ""), "has no key 'flux'"),
+    "unknown part": (HEAD + POINT + 'inject = "all"', "inject = 'all': is none of the choices"),
+    "unknown weight": (HEAD + POINT + 'weight = "2009"', "'exact' or 'lpv2009'"),
+    "no texels": (HEAD + POINT + "texels = 0", "texels = 0: must be a whole number from 1 to"),
+    "key by its inner name": (HEAD + POINT + 'part = "both"', "part = 'both': is an unknown key"),
+    "sun without direction": (HEAD + SUN.replace("1, -2", "0, 0"), "must not be zero in all"),
+    "sun in 3D": (HEAD + SUN.replace("1, -2", "1, -2, 3"), "must be 2 numbers"),
+    "dark sun": (HEAD + SUN.replace("ance = 1", "ance = -1"), "irradiance = -1: must be at least"),
+    "dark sky": (HEAD + SKY.replace("= 1", "= [1, -1]"), "radiance = [1, -1]: must be at least 0"),
+    "circle without radius": (HEAD + CIRCLE.replace("= 2", "= 0"), "radius = 0: must be greater"),
+    "circle inside out": (HEAD + CIRCLE.replace("= 2", "= -2"), "radius = -2: must be greater"),
+    "circle too small": (HEAD + CIRCLE.replace("= 2", "= 1e-20"), "must be larger"),
+    "circle of two sides": (HEAD + CIRCLE + "segments = 2", "a whole number from 3 to 65536"),
     "unknown kind": (
         HEAD + '[[light]]\nkind = "aera"',
         "did you mean 'area'?; accepted: area, cell",
     ),
-    "no kind": (HEAD + "[[occluder]]\nstart = [1, 2]", "no key 'kind'; accepted: polygon, segment"),
+    "no kind": (
+        HEAD + "[[occluder]]\nstart = [1, 2]",
+        "no key 'kind'; accepted: circle, polygon, segment",
+    ),
     "kind is no text": (HEAD + "[[light]]\nkind = [1]", "light 1, kind = [1]"),
     "missing key": (HEAD + '[[light]]\nkind = "cell"\nflux = 1', "has no key 'cell'"),
     "unknown key of a light": (
@@ -166,7 +193,7 @@ def test_occluders_may_stick_out_of_the_grid():
 @pytest.mark.parametrize(
     ("name", "said"),
     [
-        ("shelv", "did you mean 'shelf'?; built in: back-bleeding, clutter"),
+        ("shelv", "did you mean 'shelf'?; built in: atrium, back-bleeding, checkerboard, clutter"),
         ("no/such/file.toml", "is neither a file nor a built-in scene"),
         ("shelf:size=3", "has no parameters"),
         ("clutter:sizes=3", "did you mean 'size'?; accepted: size, occluders, seed"),
