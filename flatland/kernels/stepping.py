@@ -7,49 +7,10 @@ one another in a spinning barrier that yields the processor when the wait is lon
 
 from __future__ import annotations
 
-from flatland.kernels.layout import Layout
-
 #: Turns of the barrier's loop before each yield; about 20 µs.
 _SPINS = 20_000
 
 _TEMPLATE = """
-define double @outflow(ptr noalias readonly %S, ptr noalias readonly %cells,
-                       ptr noalias readonly %weights, i64 %first, i64 %last) {{
-entry:
-  %any = icmp slt i64 %first, %last
-  br i1 %any, label %cell, label %end
-cell:
-  %m = phi i64 [%first, %entry], [%next_m, %cell_end]
-  %so_far = phi double [0.0, %entry], [%total, %cell_end]
-  %where = getelementptr i64, ptr %cells, i64 %m
-  %index = load i64, ptr %where
-  %row = mul i64 %m, {components}
-  br label %component
-component:
-  %k = phi i64 [0, %cell], [%next_k, %component]
-  %sum = phi double [%so_far, %cell], [%total, %component]
-  %weight_at = add i64 %row, %k
-  %weight_pointer = getelementptr double, ptr %weights, i64 %weight_at
-  %weight = load double, ptr %weight_pointer
-  %step = mul i64 %k, {component_stride}
-  %at = add i64 %index, %step
-  %pointer = getelementptr {scalar}, ptr %S, i64 %at
-  %narrow = load {scalar}, ptr %pointer
-  {widen}
-  %product = fmul double %weight, %light
-  %total = fadd double %sum, %product
-  %next_k = add i64 %k, 1
-  %more_k = icmp slt i64 %next_k, {components}
-  br i1 %more_k, label %component, label %cell_end
-cell_end:
-  %next_m = add i64 %m, 1
-  %more_m = icmp slt i64 %next_m, %last
-  br i1 %more_m, label %cell, label %end
-end:
-  %result = phi double [0.0, %entry], [%total, %cell_end]
-  ret double %result
-}}
-
 define void @wait(ptr %counter, i64 %target, ptr %yield) {{
 entry:
   %before = atomicrmw add ptr %counter, i64 1 seq_cst
@@ -100,19 +61,9 @@ end:
 """
 
 
-def stepping_text(layout: Layout, sums: int) -> str:
-    """Assembly of `steps`, to follow that of `sweep`.
+def stepping_text(sums: int) -> str:
+    """Assembly of `steps`, to follow that of `sweep` and `outflow`.
 
     sums: numbers that a step reports: sums of components, sum of squares, flux that left.
     """
-    single = layout.dtype.itemsize == 4
-    widen = "fpext float %narrow to double" if single else "fadd double %narrow, -0.0"
-    return _TEMPLATE.format(
-        components=layout.components,
-        component_stride=layout.component_stride,
-        scalar="float" if single else "double",
-        widen=f"%light = {widen}",
-        spins=_SPINS,
-        sums=sums,
-        last_sum=sums - 1,
-    )
+    return _TEMPLATE.format(spins=_SPINS, sums=sums, last_sum=sums - 1)
