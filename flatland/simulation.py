@@ -74,7 +74,8 @@ class Simulation:
         spectra = max(1, scene.colours)
         if not self.stencil.clamp:
             spectra = max(1, min(spectra, len(scene.lights)))
-        needed = 3 * spectra * layout.size * layout.dtype.itemsize
+        # Three fields, and the pattern of light that each spectrum starts from in float64.
+        needed = spectra * layout.size * (3 * layout.dtype.itemsize + 8)
         require_memory(needed, "grid.shape", scene.grid.shape)
         tau = _checked_transmittance(transmittance, self.stencil, scene)
         if tau is None and blocking == "exact":

@@ -56,6 +56,7 @@ class Sweep:
         #: What a solver keeps between right-hand sides.
         self.hierarchy: object | None = None
         self.prepared: set[str] = set()
+        self.double: Sweep | None = None
         self.by_matrices = self.couplings > LARGEST_TEXT
         if self.by_matrices:
             self._matrices = MatrixSweep(stencil, layout, self.transmittance)

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from flatland.errors import ConvergenceError, InstabilityError, bad_input
-from flatland.kernels import Layout, Sweep
+from flatland.kernels import Sweep
 from flatland.kernels.reports import Buffer
 from flatland.solvers.bicgstab import Operator, bicgstab
 from flatland.solvers.factorization import factorization, is_factorized
@@ -197,7 +197,8 @@ def _cycles_for(sweep: Sweep) -> Multigrid:
 
 
 def _in_double(sweep: Sweep) -> Sweep:
-    layout = replace(sweep.layout, dtype=np.dtype(np.float64))
-    return Sweep(
-        sweep.stencil, Layout(layout.shape, layout.components, layout.dtype), sweep.open_share
-    )
+    """The same sweep in float64, built once and kept with it."""
+    if sweep.double is None:
+        layout = replace(sweep.layout, dtype=np.dtype(np.float64))
+        sweep.double = Sweep(sweep.stencil, layout, sweep.open_share)
+    return sweep.double
