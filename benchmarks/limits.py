@@ -5,7 +5,7 @@ from __future__ import annotations
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
-from conftest import median_seconds
+from conftest import best_seconds
 from numba import njit
 from numpy.typing import NDArray
 
@@ -43,7 +43,7 @@ def traffic_seconds(layout: Layout, repeats: int = 30) -> float:
                 )
             )
 
-        return median_seconds(call, repeats) / _PASSES
+        return best_seconds(call, repeats) / _PASSES
 
 
 def main_memory_bandwidth() -> float:

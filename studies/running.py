@@ -85,13 +85,14 @@ def run_method(scene: Scene, method: Method, progress: Progress | None = None) -
     begin = time.perf_counter()
     if method.converge is not None:
         report = simulation.solve(method.converge)
+        seconds = report.seconds
         stopped = f"converged to {report.residual:.1e} by {report.method}"
         details = {"solver": report.method, "applications": report.applications}
     else:
         simulation.run(method.steps_on(scene), progress)
+        seconds = time.perf_counter() - begin
         stopped = f"{simulation.iteration} iterations"
         details = {"iterations": simulation.iteration}
-    seconds = time.perf_counter() - begin
     return Run(method, simulation.accumulated, seconds, stopped, simulation.ledger, details)
 
 

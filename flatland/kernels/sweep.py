@@ -26,8 +26,10 @@ from flatland.stencil import Stencil
 #: Couplings above which the written-out sweep takes too long to compile (about 1 s), and blocked
 #: matrix products take over.
 LARGEST_TEXT = 6000
-#: Multiply-adds that one thread does while the other would be woken up.
-_WORTH_SHARING_BATCH = 300_000
+#: Multiply-adds a step below which one thread is used. In a batch sharing pays from 0.3 million on
+#: an idle machine; on a busy one threads wait for each other, 10 times longer than they work at
+#: that size, so that only steps of 0.1 ms and more are shared.
+_WORTH_SHARING_BATCH = 1_000_000
 _WORTH_SHARING_CALL = 3_000_000
 
 
@@ -60,6 +62,8 @@ class Sweep:
         self.border_cells, self.border_weights = border(stencil, layout, transmittance)
         #: What a solver keeps between right-hand sides.
         self.hierarchy: object | None = None
+        self.prepared: set[str] = set()
+        self.double: Sweep | None = None
         self.by_matrices = self.couplings > LARGEST_TEXT
         if self.by_matrices:
             self._matrices = MatrixSweep(stencil, layout, self.transmittance)
@@ -89,6 +93,7 @@ class Sweep:
         if reflection is None:
             return self
         twin = copy(self)
+        twin.hierarchy, twin.prepared, twin.double = None, set(), None
         twin.reflection = reflection
         twin._reflector = Reflector(reflection, self.stencil, self.layout)
         return twin

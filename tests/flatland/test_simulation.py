@@ -186,11 +186,11 @@ def test_flat_schemes_refuse_spatial_scenes(propagator, dimension):
 
 @pytest.mark.parametrize(
     ("options", "spectrum", "fields"),
-    [({}, 1.0, 3), ({}, [1.0, 2.0, 3.0], 3), ({"clamp": True}, [1.0, 2.0, 3.0], 9)],
+    [({}, 1.0, 4), ({}, [1.0, 2.0, 3.0], 4), ({"clamp": True}, [1.0, 2.0, 3.0], 12)],
     ids=["grey", "one spectrum", "clamped colours"],
 )
 def test_grid_that_does_not_fit_in_memory_is_refused(options, spectrum, fields, monkeypatch):
-    """Before anything of its size is allocated, with the amount: 3 fields of 3 numbers a cell."""
+    """Before anything of its size is allocated: 3 fields and the light, 3 numbers a cell each."""
     scene = lobe_scene((2000, 2000), flux=spectrum)
     monkeypatch.setattr(flatland.memory, "available_memory", lambda: 2**28)
     with pytest.raises(InputError) as caught:

@@ -173,6 +173,28 @@ def test_a_neighbour_gets_the_flux_of_its_bin(name, emission, rng):
 
 
 @pytest.mark.parametrize("name", ["dom4", "dom8"])
+@pytest.mark.parametrize("flux", ["transfer", "central"])
+def test_bin_emission_is_the_intensity_in_the_bin(name, flux, rng):
+    """The intensity itself with exact flux, that of the bin's middle all over it with one sample.
+
+    Projected by Gauss nodes over the bin, since a jump converges slowly over the circle.
+    """
+    basis = CircularHarmonics(4)
+    stencil = propagators.create(name, flux=flux, emission="bin").stencil(basis)
+    values = rng.normal(size=basis.size)
+    half = np.pi / len(stencil.offsets)
+    nodes, weights = np.polynomial.legendre.leggauss(20)
+    for offset, transfer in zip(stencil.offsets, stencil.transfer):
+        middle = np.arctan2(offset[1], offset[0])
+        harmonics = basis.evaluate_angles(middle + half * nodes)
+        intensity = harmonics @ values
+        if flux == "central":
+            intensity = np.full(20, basis.evaluate_angles(middle) @ values)
+        expected = half * (weights * intensity) @ harmonics
+        np.testing.assert_allclose(transfer @ values, expected, atol=ROUNDING)
+
+
+@pytest.mark.parametrize("name", ["dom4", "dom8"])
 def test_delta_emission_is_a_peak_along_the_step(name, rng):
     """What a neighbour stores is y(d) times a flux: it integrates any f to f(d)."""
     basis = CircularHarmonics(4)
