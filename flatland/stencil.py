@@ -2,21 +2,17 @@
 
 from __future__ import annotations
 
-import itertools
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.optimize import minimize
 
 from flatland.errors import bad_input
 from flatland.harmonics import AngularBasis
+from flatland.stability import spectral_radius, symbol
 
 Array = NDArray[np.float64]
-
-#: A radius this close to 1 is rounding, not growth: 10^5 steps gain less than 10^-4.
-RADIUS_TOLERANCE = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,52 +79,16 @@ class Stencil:
 
     def symbol(self, wave_vectors: ArrayLike) -> NDArray[np.complex128]:
         """A(k) = Σ_d T_d exp(−i k·d), (..., size, size), at k (..., dimension) [rad per cell]."""
-        phases = np.exp(-1j * (np.asarray(wave_vectors, float) @ self.offsets.T))
-        return np.tensordot(phases, self.transfer.astype(complex), axes=(-1, 0))
+        return symbol(self.offsets, self.transfer, np.asarray(wave_vectors, float))
 
     def spectral_radius(self) -> float:
         """max over k of the largest |eigenvalue| of the symbol; above 1, light grows without bound.
 
-        Samples a grid of wave vectors that holds all corners and edge middles of the zone, then
-        climbs from the best ones. Accurate to about 1e-9 for the smooth maxima of these schemes.
-        For a clamped scheme this is the radius of its linear twin.
+        See flatland.stability for how, and how accurately. For a clamped scheme this is the radius
+        of its linear twin.
         """
         return self._radius
 
     @cached_property
     def _radius(self) -> float:
-        if self._all_semidefinite():
-            # |x*A(k)y| ≤ Σ_d |x*T_d y| ≤ ‖Σ_d T_d‖ by Cauchy–Schwarz, reached at k = 0.
-            return float(np.linalg.eigvalsh(self.transfer.sum(axis=0)).max())
-        samples = self._wave_vectors()
-        values = self._radius_at(samples)
-        best = float(values.max())
-        for start in samples[np.argsort(values)[-3:]]:
-            found = minimize(
-                lambda k: -self._radius_at(k[None])[0],
-                start,
-                method="Nelder-Mead",
-                options={"xatol": 1e-7, "fatol": 1e-12, "maxiter": self._climb_steps()},
-            )
-            best = max(best, float(-found.fun))
-        return best
-
-    def _climb_steps(self) -> int:
-        return int(np.clip(4e6 / self.basis.size**3, 20, 200))
-
-    def _all_semidefinite(self) -> bool:
-        symmetric = np.abs(self.transfer - self.transfer.swapaxes(1, 2)).max() < 1e-14
-        return bool(symmetric and np.linalg.eigvalsh(self.transfer).min() > -1e-14)
-
-    def _wave_vectors(self) -> Array:
-        """Samples of half the Brillouin zone: A(-k) is the conjugate of A(k)."""
-        budget = 4e6 / self.basis.size**2.5  # eigenvalues cost about size^3
-        per_axis = int(np.clip(budget ** (1 / self.basis.dimension), 4, 24)) // 4 * 4
-        axis = np.linspace(-np.pi, np.pi, per_axis, endpoint=False)
-        half = np.append(axis[axis >= 0], np.pi)
-        axes = [half, *[axis] * (self.basis.dimension - 1)]
-        return np.array(list(itertools.product(*axes)))
-
-    def _radius_at(self, wave_vectors: Array) -> Array:
-        eigenvalues = np.linalg.eigvals(self.symbol(wave_vectors))
-        return np.asarray(np.abs(eigenvalues).max(axis=-1))
+        return spectral_radius(self.basis, self.offsets, self.transfer)

@@ -15,7 +15,8 @@ from flatland.field import Field
 from flatland.harmonics import AngularBasis
 from flatland.scene import Scene
 from flatland.simulation import Simulation
-from flatland.stencil import RADIUS_TOLERANCE, Stencil
+from flatland.stability import RADIUS_TOLERANCE
+from flatland.stencil import Stencil
 
 
 @dataclass(frozen=True)

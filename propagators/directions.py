@@ -1,43 +1,38 @@
-"""Sets of neighbour directions and the arcs that belong to them, in 2D."""
+"""Sets of neighbour offsets, by dimension."""
 
 from __future__ import annotations
+
+import itertools
 
 import numpy as np
 from numpy.typing import NDArray
 
-from flatland.harmonics import CircularHarmonics
-
 Array = NDArray[np.float64]
+Offsets = NDArray[np.int64]
 
 AXIAL_2D = np.array([(1, 0), (0, 1), (-1, 0), (0, -1)])
 ALL_2D = np.array([(1, 0), (1, 1), (0, 1), (-1, 1), (-1, 0), (-1, -1), (0, -1), (1, -1)])
+AXIAL_3D = np.array([(1, 0, 0), (0, 1, 0), (0, 0, 1), (-1, 0, 0), (0, -1, 0), (0, 0, -1)])
+ALL_3D = np.array([offset for offset in itertools.product((1, 0, -1), repeat=3) if any(offset)])
+
+#: Offsets to the neighbours that share a face with a cell, by dimension.
+AXIAL = {2: AXIAL_2D, 3: AXIAL_3D}
 
 
-def unit(vectors: NDArray[np.int64] | Array) -> Array:
+def unit(vectors: Offsets | Array) -> Array:
     """Vectors (..., dimension) scaled to length 1."""
     array = np.asarray(vectors, float)
     return np.asarray(array / np.linalg.norm(array, axis=-1, keepdims=True))
 
 
-def angle(vectors: NDArray[np.int64] | Array) -> Array:
+def angle(vectors: Offsets | Array) -> Array:
     """Angle (...) of vectors (..., 2) from +x, counter-clockwise [rad]."""
     array = np.asarray(vectors, float)
     return np.asarray(np.arctan2(array[..., 1], array[..., 0]))
 
 
-def equal_arcs(offsets: NDArray[np.int64]) -> tuple[Array, Array]:
-    """Start and stop angles (K,) of the Voronoi cells of K evenly spread directions."""
-    middle, half = angle(offsets), np.pi / len(offsets)
-    return middle - half, middle + half
-
-
-def mirror_of(degrees: NDArray[np.int64]) -> Array:
-    """Signs (size,) that y(θ) takes under θ → −θ: cosines stay, sines turn."""
-    is_sine = (np.arange(degrees.size) % 2 == 0) & (degrees > 0)
-    return np.where(is_sine, -1.0, 1.0)
-
-
-def circular(basis: object) -> CircularHarmonics:
-    """The basis, known to be circular."""
-    assert isinstance(basis, CircularHarmonics)
-    return basis
+def perpendicular(vectors: Array) -> tuple[Array, Array]:
+    """Two unit vectors (..., 3) that make a right-handed frame with unit vectors (..., 3)."""
+    axis = np.eye(3)[np.argmin(np.abs(vectors), axis=-1)]
+    first = unit(np.cross(axis, vectors))
+    return first, np.cross(vectors, first)

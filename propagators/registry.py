@@ -16,6 +16,8 @@ BUILT_IN = {
     "lpv-2009": "propagators.lpv_2009:LightPropagationVolume2009",
     "dom4": "propagators.dom:DiscreteOrdinates4",
     "dom8": "propagators.dom:DiscreteOrdinates8",
+    "dom6": "propagators.dom:DiscreteOrdinates6",
+    "dom26": "propagators.dom:DiscreteOrdinates26",
     "analytic": "propagators.analytic:Analytic",
 }
 #: Other projects register a Propagator class here, under the name that users will type.

@@ -48,9 +48,13 @@ def variants():
     return list(found.values())
 
 
-def every_scheme(condition=lambda propagator: True):
+def every_scheme(condition=lambda propagator: True, dimensions=(2, 3)):
     """Parametrize a test over `propagator` and `dimension`, for those that meet a condition."""
-    chosen = [variant for variant in variants() if condition(variant[0])]
+    chosen = [
+        (propagator, dimension)
+        for propagator, dimension in variants()
+        if condition(propagator) and dimension in dimensions
+    ]
     names = [f"{propagator}-{dimension}D" for propagator, dimension in chosen]
     return pytest.mark.parametrize(("propagator", "dimension"), chosen, ids=names)
 

@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from functools import cache
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.special import gammaln, sph_harm_y
+from scipy.special import gammaln
 
-from flatland.harmonics.base import AngularBasis, Array
+from flatland.harmonics.base import Array
+from flatland.harmonics.spherical_polygons import PolygonIntegrals
 
 
-class SphericalHarmonics(AngularBasis):
+class SphericalHarmonics(PolygonIntegrals):
     """Real spherical harmonics with the Condon–Shortley phase, bands² coefficients.
 
     Index l² + l + m. The first four are 1/(2√π), −√3/(2√π) y, √3/(2√π) z, −√3/(2√π) x
@@ -33,16 +37,23 @@ class SphericalHarmonics(AngularBasis):
         return np.arange(self.size) - self.degrees * (self.degrees + 1)
 
     def evaluate(self, directions: ArrayLike) -> Array:
+        """Polynomials in x, y, z, band by band: no angles, so that poles are nothing special.
+
+        y_l0 = Π_l0(z) and y_lm = √2 Π_l|m|(z) times Re (x + iy)^m, for m < 0 Im (x + iy)^|m|.
+        """
         unit = self._unit(directions, "directions")
-        # atan2 keeps full accuracy near the poles, where arccos(z) loses half the digits.
-        polar = np.arctan2(np.hypot(unit[..., 0], unit[..., 1]), unit[..., 2])[..., None]
-        azimuth = np.arctan2(unit[..., 1], unit[..., 0])[..., None]
-        order = self.orders
-        values = sph_harm_y(self.degrees, np.abs(order), polar, azimuth)
-        root = np.sqrt(2.0)
-        return np.where(
-            order == 0, values.real, root * np.where(order > 0, values.real, values.imag)
-        )
+        unit = unit / np.linalg.norm(unit, axis=-1, keepdims=True)
+        around = np.ones((*unit.shape[:-1], self.bands), complex)
+        around[..., 1:] = unit[..., :1] + 1j * unit[..., 1:2]
+        around = np.cumprod(around, axis=-1)
+        result = np.empty((*unit.shape[:-1], self.size))
+        for degree, legendre in enumerate(_legendre(unit[..., 2:], self.bands)):
+            middle = degree * (degree + 1)
+            waves = np.sqrt(2.0) * legendre[..., 1:] * around[..., 1 : degree + 1]
+            result[..., middle] = legendre[..., 0]
+            result[..., middle + 1 : middle + degree + 1] = waves.real
+            result[..., middle - degree : middle] = waves.imag[..., ::-1]
+        return result
 
     def clamped_cosine(self, normals: ArrayLike) -> Array:
         """Zonal coefficients turned towards n: f_lm = √(4π/(2l+1)) z_l y_lm(n) (numerics §2)."""
@@ -62,6 +73,31 @@ class SphericalHarmonics(AngularBasis):
         )
         weights = np.repeat(z_weight[:, None], count, 1) * (2 * np.pi / count)
         return directions.reshape(-1, 3), weights.ravel()
+
+
+def _legendre(z: Array, bands: int) -> Iterator[Array]:
+    """Π_lm(z) for z (..., 1), shape (..., l + 1), one l after another.
+
+    The normalised associated Legendre functions with the Condon–Shortley sign, over sin^m θ:
+    Π_mm = −√((2m+1)/2m) Π_{m−1,m−1} and Π_lm = a_lm (z Π_{l−1,m} − b_lm Π_{l−2,m}).
+    """
+    zero = np.zeros_like(z)
+    older, newer = zero, zero + 1 / np.sqrt(4 * np.pi)
+    yield newer
+    for degree in range(1, bands):
+        a, b = _legendre_factors(degree)
+        diagonal = -np.sqrt((2 * degree + 1) / (2 * degree)) * newer[..., -1:]
+        following = np.concatenate([a * (z * newer - b * older), diagonal], axis=-1)
+        older, newer = np.concatenate([newer, zero], axis=-1), following
+        yield newer
+
+
+@cache
+def _legendre_factors(degree: int) -> tuple[Array, Array]:
+    """a_lm and b_lm of the recurrence in l, m = 0 … l − 1."""
+    square, below, m = degree**2, (degree - 1) ** 2, np.arange(degree) ** 2
+    a = np.sqrt((4 * square - 1) / (square - m))
+    return a, np.sqrt(np.maximum(below - m, 0) / np.abs(4 * below - 1))
 
 
 def zonal_clamped_cosine(bands: int) -> Array:

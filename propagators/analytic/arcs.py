@@ -19,7 +19,8 @@ class Arc(NamedTuple):
     """Light that travels at angles from start to stop [rad], counter-clockwise, at one point.
 
     start lies in (-π, π], stop at most π beyond it. radiance: [W m⁻¹ rad⁻¹], a number, or
-    (colours,) in coloured scenes. emitter: its place in scene.sources().
+    (colours,) in coloured scenes. emitter: its place in scene.sources("lamp"); of light that a
+    wall sends back, -1 minus the wall's place in scene.segments().
     """
 
     start: float

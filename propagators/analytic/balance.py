@@ -8,68 +8,53 @@ from numpy.typing import NDArray
 from flatland.ledger import Ledger
 from propagators.analytic.blockers import TOUCH
 from propagators.analytic.geometry import Geometry
-from propagators.analytic.points import collect_point_light
-from propagators.analytic.targets import collect_light
+from propagators.analytic.lighting import collect_all
+from propagators.analytic.overlaps import uncovered
+from propagators.analytic.radiosity import Bounced
 
 Array = NDArray[np.float64]
 
 
-def absorbed_flux(geometry: Geometry) -> Array:
+def absorbed_flux(geometry: Geometry, bounced: Bounced | None = None) -> Array:
     """Flux (surfaces, C) that each emitter, then each segment of the scene absorbs [W].
 
-    Where two lie on one another, the earlier one gets the light.
+    A share 1 - albedo of what arrives. Where two lie on one another, the earlier one gets it.
     """
     pieces, owners = [], []
     for k, wall in enumerate(geometry.walls):
         found = uncovered(wall, geometry.walls[:k])
-        pieces += [*found, *found[:, [2, 3, 0, 1]]]
-        owners += 2 * len(found) * [geometry.surfaces[k]]
-    flux = arriving_flux(geometry, np.array(pieces).reshape(-1, 4), geometry.walls)
-    surfaces = len(geometry.emitters) + geometry.segment_count
-    result = np.zeros((surfaces, flux.shape[1]))
+        # What arrives at the rear of a gate has come in through it.
+        sides = [found] if geometry.gates[k] else [found, found[:, [2, 3, 0, 1]]]
+        pieces += sides
+        owners += len(sides) * len(found) * [geometry.surfaces[k]]
+    flux = arriving_flux(geometry, np.concatenate([np.empty((0, 4)), *pieces]), bounced)
+    result = np.zeros((len(geometry.albedo), flux.shape[1]))
     np.add.at(result, np.array(owners, np.int64), flux)
-    return result
+    return result * (1 - geometry.albedo)
 
 
-def balance(geometry: Geometry, coloured: bool) -> Ledger:
+def balance(geometry: Geometry, coloured: bool, bounced: Bounced | None = None) -> Ledger:
     """The books of a scene, entries (C,), or () for a grey one.
 
-    left: what crosses the border outwards, except where a wall lies on it. Lights must shine into
-    the grid, as every scene's do.
+    emitted: by lights, and what parallel light brings over the border. left: what crosses the
+    border outwards, and what walls on it send outwards. Lights must shine into the grid, as every
+    scene's do.
     """
     emitted = 2 * _lengths(geometry.emitters) @ geometry.radiance + _point_flux(geometry)
+    emitted = emitted + _parallel_flux(geometry)
     open_border = [piece for side in geometry.border for piece in uncovered(side, geometry.walls)]
-    outwards = arriving_flux(geometry, np.array(open_border).reshape(-1, 4), geometry.walls)
-    absorbed = absorbed_flux(geometry).sum(axis=0)
-    entries = emitted, outwards.sum(axis=0), absorbed
-    return Ledger(*(entry if coloured else entry[0] for entry in entries))
+    targets = np.array(open_border).reshape(-1, 4)
+    left = arriving_flux(geometry, targets, bounced).sum(axis=0)
+    if bounced is not None:
+        left = left + _thrown_out(geometry, bounced)
+    absorbed = absorbed_flux(geometry, bounced).sum(axis=0)
+    return Ledger(*(entry if coloured else entry[0] for entry in (emitted, left, absorbed)))
 
 
-def arriving_flux(geometry: Geometry, targets: Array, walls: Array) -> Array:
-    """Flux (K, C) that arrives on the left of targets (K, 4) past the walls (S, 4)."""
+def arriving_flux(geometry: Geometry, targets: Array, bounced: Bounced | None = None) -> Array:
+    """Flux (K, C) that arrives on the left of targets (K, 4), past all walls."""
     groups = np.ascontiguousarray(targets[:, None])  # one memory layout, one compilation
-    lights, radiance = geometry.emitters, geometry.radiance
-    flux = collect_light(groups, lights, radiance, walls, 1)[:, :, 0]
-    if len(geometry.positions):
-        points = geometry.positions, geometry.series, geometry.lobes, geometry.spectra
-        flux += collect_point_light(groups, *points, walls, 1)[:, :, 0]
-    return flux
-
-
-def uncovered(segment: Array, others: Array) -> Array:
-    """The parts (K, 4) of a segment (4,) that no other (M, 4) lies on."""
-    start, extent = segment[:2], segment[2:] - segment[:2]
-    length = np.hypot(*extent)
-    ends = others.reshape(-1, 2, 2) - start
-    distance = np.abs(ends @ [-extent[1], extent[0]]) / length
-    places = np.sort(ends @ extent / length**2, axis=1)[np.all(distance <= TOUCH, axis=1)]
-    parts, reached = [], 0.0
-    for first, last in [*sorted(places.tolist()), [1.0, 1.0]]:
-        if min(first, 1.0) - reached > TOUCH / length:
-            parts.append([reached, min(first, 1.0)])
-        reached = max(reached, last)
-    cuts = np.array(parts).reshape(-1, 2, 1)
-    return (start + cuts * extent).reshape(-1, 4)
+    return collect_all(geometry, groups, 1, bounced)[:, :, 0]
 
 
 def _lengths(segments: Array) -> Array:
@@ -79,3 +64,21 @@ def _lengths(segments: Array) -> Array:
 def _point_flux(geometry: Geometry) -> Array:
     unit = np.sqrt(2 * np.pi) * geometry.series[:, 0] + geometry.lobes[:, 0]
     return unit @ geometry.spectra
+
+
+def _parallel_flux(geometry: Geometry) -> Array:
+    """What parallel light brings in: irradiance times the width of the grid across it."""
+    width, height = geometry.grid.shape
+    return np.abs(geometry.directions) @ [height, width] @ geometry.irradiances
+
+
+def _thrown_out(geometry: Geometry, bounced: Bounced) -> Array:
+    """Flux (C,) of elements on the border that face away from the grid."""
+    outwards = np.zeros(len(bounced.elements.segments), bool)
+    for side in geometry.border:
+        normal = np.array([side[3] - side[1], side[0] - side[2]]) / np.hypot(*(side[2:] - side[:2]))
+        ends = bounced.elements.segments.reshape(-1, 2, 2) - side[:2]
+        along = bounced.elements.segments[:, 2:] - bounced.elements.segments[:, :2]
+        on_side = np.all(np.abs(ends @ normal) <= TOUCH, axis=1)
+        outwards |= on_side & (along @ (side[2:] - side[:2]) < 0)
+    return bounced.elements.lengths[outwards] @ bounced.radiosity[outwards]

@@ -20,7 +20,7 @@ from propagators.analytic.compiling import inner, parties_for, shared
 Vector = NDArray[np.float64]
 
 #: Narrower than this across, a segment or face is seen edge-on.
-_EDGE_ON = 1e-12
+EDGE_ON = 1e-12
 
 
 def beam_intensity(
@@ -54,31 +54,36 @@ def _project(
 def _one_direction(
     wx: float, wy: float, emitters: Vector, radiance: Vector, walls: Vector, result: Vector
 ) -> None:
-    blockers = _turned(wx, wy, walls)
-    lights = _turned(wx, wy, emitters)
+    blockers = turned_rows(wx, wy, walls)
+    lights = turned_rows(wx, wy, emitters)
     face = np.empty(4)
     hidden = np.empty((2, walls.shape[0] + 1))
     step_x, step_y = (1 if wx > 0 else 0), (1 if wy > 0 else 0)
+    reach = 0.5 * (abs(wx) + abs(wy)) + TOUCH
     for e in range(emitters.shape[0]):
         # Emitters light their left: from the rear, start is seen at the larger p.
         light = lights[e]
-        if light[0] - light[2] <= _EDGE_ON:
+        if light[0] - light[2] <= EDGE_ON:
             continue
         for i in range(result.shape[1]):
             for j in range(result.shape[2]):
+                # Most cells lie beside the beam of a light, and there may be many lights.
+                middle = (j + 0.5) * wx - (i + 0.5) * wy
+                if middle + reach < light[2] or middle - reach > light[0]:
+                    continue
                 seen = 0.0
-                if abs(wx) > _EDGE_ON:
+                if abs(wx) > EDGE_ON:
                     _place_face(face, wx, wy, i + step_x, j, 0, 1)
-                    seen += _seen_width(face, light, blockers, hidden)
-                if abs(wy) > _EDGE_ON:
+                    seen += seen_width(face, light, blockers, hidden, TOUCH)
+                if abs(wy) > EDGE_ON:
                     _place_face(face, wx, wy, i, j + step_y, 1, 0)
-                    seen += _seen_width(face, light, blockers, hidden)
+                    seen += seen_width(face, light, blockers, hidden, TOUCH)
                 for colour in range(radiance.shape[1]):
                     result[colour, i, j] += radiance[e, colour] * seen
 
 
 @inner
-def _turned(wx: float, wy: float, segments: Vector) -> Vector:
+def turned_rows(wx: float, wy: float, segments: Vector) -> Vector:
     """Rows (p, t, p, t) of both ends of segments (S, 4)."""
     turned = np.empty(segments.shape)
     for s in range(segments.shape[0]):
@@ -105,9 +110,11 @@ def _along(row: Vector, p: float) -> float:
 
 
 @inner
-def _overlap(low: float, high: float, at_low: float, at_high: float) -> tuple[float, float]:
-    """The part of [low, high] where a function, at_low to at_high, exceeds TOUCH."""
-    at_low, at_high = at_low - TOUCH, at_high - TOUCH
+def _overlap(
+    low: float, high: float, at_low: float, at_high: float, touch: float
+) -> tuple[float, float]:
+    """The part of [low, high] where a function, at_low to at_high, exceeds `touch`."""
+    at_low, at_high = at_low - touch, at_high - touch
     if max(at_low, at_high) <= 0.0:
         return high, high
     zero = low + (high - low) * (at_low / (at_low - at_high)) if at_low != at_high else low
@@ -115,25 +122,30 @@ def _overlap(low: float, high: float, at_low: float, at_high: float) -> tuple[fl
 
 
 @inner
-def _seen_width(face: Vector, light: Vector, blockers: Vector, hidden: Vector) -> float:
-    """Width across of what the light sends through the face past the blockers."""
+def seen_width(
+    face: Vector, light: Vector, blockers: Vector, hidden: Vector, touch: float
+) -> float:
+    """Width across of what the light sends through the face past the blockers.
+
+    touch: what is nearer to one another than this hides nothing.
+    """
     low, high = max(face[0], light[2]), min(face[2], light[0])
     if low >= high:
         return 0.0
     from_light = _along(light, low), _along(light, high)
     to_face = _along(face, low), _along(face, high)
-    start, stop = _overlap(low, high, to_face[0] - from_light[0], to_face[1] - from_light[1])
+    start, stop = _overlap(low, high, to_face[0] - from_light[0], to_face[1] - from_light[1], touch)
     if start >= stop:
         return 0.0
     count = 0
     for k in range(blockers.shape[0]):
         blocker = blockers[k]
         a, b = max(start, min(blocker[0], blocker[2])), min(stop, max(blocker[0], blocker[2]))
-        if a >= b or abs(blocker[2] - blocker[0]) <= _EDGE_ON:
+        if a >= b or abs(blocker[2] - blocker[0]) <= EDGE_ON:
             continue
         behind = _along(blocker, a), _along(blocker, b)
-        a1, b1 = _overlap(a, b, behind[0] - _along(light, a), behind[1] - _along(light, b))
-        a2, b2 = _overlap(a, b, _along(face, a) - behind[0], _along(face, b) - behind[1])
+        a1, b1 = _overlap(a, b, behind[0] - _along(light, a), behind[1] - _along(light, b), touch)
+        a2, b2 = _overlap(a, b, _along(face, a) - behind[0], _along(face, b) - behind[1], touch)
         a, b = max(a1, a2), min(b1, b2)
         if a < b:
             place = count
@@ -165,7 +177,7 @@ def ray_intensity(
     """
     result = np.zeros((directions.shape[0], strength.shape[2], shape[0], shape[1]))
     for k in range(directions.shape[0]):
-        blockers = _turned(directions[k, 0], directions[k, 1], walls)
+        blockers = turned_rows(directions[k, 0], directions[k, 1], walls)
         for s in range(positions.shape[0]):
             _trace(positions[s], directions[k], blockers, strength[k, s], result[k])
     return result
@@ -187,7 +199,7 @@ def _trace(
                 reach = hit
     for axis in range(2):
         speed = direction[axis]
-        if abs(speed) <= _EDGE_ON:
+        if abs(speed) <= EDGE_ON:
             continue
         forward = 1 if speed > 0 else -1
         for line in range(result.shape[1 + axis] + 1):

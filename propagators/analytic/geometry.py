@@ -11,7 +11,8 @@ from flatland.errors import bad_input
 from flatland.grid import Grid
 from flatland.harmonics import CircularHarmonics
 from flatland.scene import Scene
-from flatland.sources import PointSource, SegmentSource
+from flatland.sources import ParallelSource, PointSource, Segment, SegmentSource
+from propagators.analytic.overlaps import uncovered
 
 Array = NDArray[np.float64]
 
@@ -25,11 +26,14 @@ class Geometry:
 
     shape: cells along x and y. emitters: (E, 4) start and stop, each lights its left.
     radiance: (E, C) flux per angle and length, C = max(1, colours). emitter_sources: (E,) place of
-    each in scene.sources(). positions: (P, 2) of point sources, with series (P, K) coefficients
-    of circular harmonics, lobes (P, 3) flux and direction of a Lambertian lobe, and spectra (P, C).
+    each in scene.sources("lamp"). positions: (P, 2) of point sources, with series (P, K) of
+    circular harmonics, lobes (P, 3) flux and direction of a Lambertian lobe, and spectra (P, C).
+    directions: (D, 2) of parallel light, with irradiances (D, C) on a perpendicular surface.
     walls: (S, 4) everything opaque, cut at the grid's border. surfaces: (S,) what each wall is:
-    the place of an emitter, or E plus the place of a segment in scene.segments(), of which there
-    are segment_count.
+    the place of an emitter, or E plus the place of a segment in scene.segments().
+    albedo: (E plus number of segments, C) of each surface; emitters are black. gates: (S,), which
+    walls are emitters on the border with no segment behind: parallel light comes in through them,
+    so that a sun and a sky can shine together.
     """
 
     grid: Grid
@@ -40,9 +44,17 @@ class Geometry:
     series: Array
     lobes: Array
     spectra: Array
+    directions: Array
+    irradiances: Array
     walls: Array
     surfaces: NDArray[np.int64]
-    segment_count: int
+    albedo: Array
+    gates: NDArray[np.bool_]
+
+    @property
+    def reflects(self) -> bool:
+        """Whether any wall in the grid sends light back."""
+        return bool(np.any(self.albedo[self.surfaces] > 0))
 
     @property
     def border(self) -> Array:
@@ -73,17 +85,19 @@ class Geometry:
 def read_geometry(scene: Scene) -> Geometry:
     """The arrays of a scene. Raises InputError for an emitter without length."""
     grid, colours = scene.grid, max(1, scene.colours)
-    sources = scene.sources()
+    sources = scene.sources("lamp")
     places = [k for k, source in enumerate(sources) if isinstance(source, SegmentSource)]
     lights = [source for source in sources if isinstance(source, SegmentSource)]
     points = [source for source in sources if isinstance(source, PointSource)]
+    beams = [source for source in sources if isinstance(source, ParallelSource)]
+    segments = scene.segments()
     emitters = _in_cells(grid, [(light.start, light.stop) for light in lights])
     lengths = np.hypot(*(emitters[:, 2:] - emitters[:, :2]).T)
     if np.any(lengths == 0):
         broken = lights[int(np.argmin(lengths))]
         raise bad_input("stop", broken.stop, "must differ from start: a light needs a length")
     spectra = np.array([light.spectrum for light in lights]).reshape(-1, colours)
-    occluders = _in_cells(grid, [(wall.start, wall.stop) for wall in scene.segments()])
+    occluders = _in_cells(grid, [(wall.start, wall.stop) for wall in segments])
     walls, surfaces = _inside(grid, np.concatenate([emitters, occluders]))
     return Geometry(
         grid,
@@ -94,10 +108,32 @@ def read_geometry(scene: Scene) -> Geometry:
         _stacked_series(points),
         np.array([_lobe(point) for point in points]).reshape(-1, 3),
         np.array([point.spectrum for point in points]).reshape(-1, colours),
+        np.array([beam.direction for beam in beams], float).reshape(-1, 2),
+        grid.spacing * np.array([beam.spectrum for beam in beams], float).reshape(-1, colours),
         walls,
         surfaces,
-        len(occluders),
+        _albedo(len(emitters), segments, colours),
+        _gates(grid, walls, surfaces < len(emitters)),
     )
+
+
+def _albedo(emitter_count: int, segments: list[Segment], colours: int) -> Array:
+    albedo = np.zeros((emitter_count + len(segments), colours))
+    for row, segment in zip(albedo[emitter_count:], segments):
+        row[:] = segment.albedo
+    return albedo
+
+
+def _gates(grid: Grid, walls: Array, lights: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Which of the walls (S, 4) are lights (S,) along the border that no other wall lies on."""
+    ends = walls.reshape(-1, 2, 2)
+    on_line = np.all((ends == 0) | (ends == grid.shape), axis=1)
+    free = [
+        np.array_equal(uncovered(wall, walls[~lights]), wall[None]) if light else False
+        for wall, light in zip(walls, lights)
+    ]
+    same_line = np.any(on_line & (ends[:, 0] == ends[:, 1]), axis=1)
+    return np.array(free, bool) & same_line
 
 
 def _snapped(cells: Array) -> Array:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -11,9 +13,11 @@ import click
 from studies.commands.options import check_stopping, method_options, scheme_options
 
 if TYPE_CHECKING:
+    from flatland.field import Field
     from flatland.ledger import Ledger
     from flatland.scene import Scene
     from studies.running import Run
+    from studies.surface import SurfaceError
 
 
 @click.command("run")
@@ -23,7 +27,12 @@ if TYPE_CHECKING:
 @click.option("--bands", default=2, show_default=True, help="Angular bands.")
 @method_options
 @click.option("--reference", is_flag=True, help="Print errors against the exact answer.")
+@click.option("--surfaces", is_flag=True, help="Print errors of the light on occluders.")
 @click.option("-o", "--output", type=click.Path(path_type=Path), help="netCDF file to write.")
+@click.option(
+    "--image", type=click.Path(path_type=Path), help="Picture to write (PNG, PDF or SVG)."
+)
+@click.option("--slice", "layer", metavar="AXIS=INDEX", help="Layer of a 3D picture; middle of z.")
 @click.option("--json", "as_json", is_flag=True, help="Print JSON for machines.")
 def command(
     scene: str,
@@ -38,7 +47,10 @@ def command(
     no_bounces: bool,
     lights_block: bool,
     reference: bool,
+    surfaces: bool,
     output: Path | None,
+    image: Path | None,
+    layer: str | None,
     as_json: bool,
 ) -> None:
     """Run one method on SCENE, a built-in name or a file, and print where its light went."""
@@ -50,21 +62,27 @@ def command(
 
     check_stopping(iterations, converge)
     loaded = load_scene(scene)
+    draw = _painter(loaded, image, layer)
+    lighting = _surface_meter(loaded) if surfaces else None
     scheme = create(propagator, **scheme_options(options))
     walls = (blocking, strength, not no_bounces, lights_block)
     method = Method(scheme, bands, iterations, converge, precision, *walls)
     with steps_bar(method.steps_on(loaded), converge is None) as advance:
         run = run_method(loaded, method, advance)
     errors = _errors(loaded, run) if reference else {}
+    lit = [] if lighting is None else lighting(run.accumulated)
     if output is not None:
         fields = {"accumulated": run.accumulated}
         save_dataset(result_dataset(loaded, fields, method.as_dict()), output)
+    if draw is not None:
+        draw(run.accumulated)
     if as_json:
-        click.echo(json.dumps(_record(scene, run, errors), indent=1))
+        click.echo(json.dumps(_record(scene, run, errors, lit), indent=1))
     else:
-        click.echo(_report(scene, loaded, run, errors))
-        if output is not None:
-            click.echo(f"wrote {output}")
+        click.echo(_report(scene, loaded, run, errors, lit))
+        for path in (output, image):
+            if path is not None:
+                click.echo(f"wrote {path}")
 
 
 def _errors(scene: Scene, run: Run) -> dict[str, float]:
@@ -74,7 +92,41 @@ def _errors(scene: Scene, run: Run) -> dict[str, float]:
     return measure(run.accumulated, Reference(scene))
 
 
-def _record(scene: str, run: Run, errors: dict[str, float]) -> dict[str, Any]:
+def _surface_meter(scene: Scene) -> Callable[[Field], list[SurfaceError]]:
+    """What measures the light on surfaces; refuses scenes without any before the run."""
+    from studies.surface import surface_errors, surface_samples
+
+    samples = surface_samples(scene)
+    return lambda field: surface_errors(field, samples)
+
+
+def _painter(
+    scene: Scene, image: Path | None, layer: str | None
+) -> Callable[[Field], object] | None:
+    """What writes the picture; refuses bad endings and slices before anything is computed."""
+    from flatland.errors import bad_input
+
+    if image is None:
+        if layer is not None:
+            raise bad_input("--slice", layer, "needs --image")
+        return None
+    from studies.figures.picture import draw_picture, read_slice
+    from studies.style import FORMATS, figure_style, save_figure
+
+    if image.suffix.lower() not in FORMATS:
+        raise bad_input("--image", str(image), "has no known ending", FORMATS)
+    chosen = read_slice(layer, scene.grid)
+
+    def paint(field: Field) -> None:
+        with figure_style():
+            save_figure(draw_picture(field, scene, chosen), image)
+
+    return paint
+
+
+def _record(
+    scene: str, run: Run, errors: dict[str, float], lit: list[SurfaceError]
+) -> dict[str, Any]:
     books = {} if run.ledger is None else run.ledger.as_dict()
     return {
         "scene": scene,
@@ -84,10 +136,13 @@ def _record(scene: str, run: Run, errors: dict[str, float]) -> dict[str, Any]:
         **run.details,
         "ledger": {name: value.tolist() for name, value in books.items()},
         "errors": errors,
+        "surfaces": [asdict(row) for row in lit],
     }
 
 
-def _report(name: str, scene: Scene, run: Run, errors: dict[str, float]) -> str:
+def _report(
+    name: str, scene: Scene, run: Run, errors: dict[str, float], lit: list[SurfaceError]
+) -> str:
     size = " x ".join(map(str, scene.grid.shape))
     method = run.method
     lines = [
@@ -102,6 +157,15 @@ def _report(name: str, scene: Scene, run: Run, errors: dict[str, float]) -> str:
 
         rows = [[key, value, MEANINGS[key]] for key, value in errors.items()]
         lines += ["", table(["error", "value", "against the exact answer"], rows)]
+    if lit:
+        from studies.tables import table
+
+        header = ["light on surfaces", "cells away", "damped", "relative L2", "flux / exact"]
+        shown = [
+            [row.method, row.offset, "yes" if row.damping else "no", row.error, row.ratio]
+            for row in lit
+        ]
+        lines += ["", table(header, shown)]
     return "\n".join(lines)
 
 

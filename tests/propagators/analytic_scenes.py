@@ -14,8 +14,11 @@ WALLS = (
 )
 
 
-def make_scene(shape=(8, 8), lights=LIGHTS, walls=WALLS, spacing=1.0, **more):
-    """lights: (start, end, flux); walls: (start, end); both in cells, scaled by the spacing."""
+def make_scene(shape=(8, 8), lights=LIGHTS, walls=WALLS, spacing=1.0, albedo=0.0, **more):
+    """lights: (start, end, flux); walls: (start, end); both in cells, scaled by the spacing.
+
+    albedo: of all walls. points: more lights. beams: (direction, irradiance) of parallel light.
+    """
     return Scene.from_dict(
         {
             "grid": {"shape": list(shape), "spacing": spacing},
@@ -23,9 +26,18 @@ def make_scene(shape=(8, 8), lights=LIGHTS, walls=WALLS, spacing=1.0, **more):
                 {"kind": "area", "start": scaled(a, spacing), "end": scaled(b, spacing), "flux": f}
                 for a, b, f in lights
             ]
-            + more.get("points", []),
+            + more.get("points", [])
+            + [
+                {"kind": "directional", "direction": list(way), "irradiance": strength}
+                for way, strength in more.get("beams", [])
+            ],
             "occluder": [
-                {"kind": "segment", "start": scaled(a, spacing), "end": scaled(b, spacing)}
+                {
+                    "kind": "segment",
+                    "start": scaled(a, spacing),
+                    "end": scaled(b, spacing),
+                    "albedo": albedo,
+                }
                 for a, b in walls
             ],
         }
@@ -36,7 +48,17 @@ def scaled(point, spacing):
     return [float(x) * spacing for x in point]
 
 
-def random_scene(seed, size=8, step=0.0, lights=2, walls=6):
+def outline(*points):
+    """Walls around a polygon."""
+    return list(zip(points, (*points[1:], points[0])))
+
+
+def room(size=8):
+    """Walls on the border."""
+    return outline((0, 0), (size, 0), (size, size), (0, size))
+
+
+def random_scene(seed, size=8, step=0.0, lights=2, walls=6, **more):
     """A random scene; with step > 0 all ends lie on multiples of it, so that much lines up."""
     rng = np.random.default_rng(seed)
 
@@ -50,6 +72,6 @@ def random_scene(seed, size=8, step=0.0, lights=2, walls=6):
     while True:
         drawn = [(*segment(), 1.0 + k) for k in range(lights)]
         try:
-            return make_scene((size, size), drawn, [segment() for _ in range(walls)])
+            return make_scene((size, size), drawn, [segment() for _ in range(walls)], **more)
         except SceneError:  # a light that shines out of the grid
             continue

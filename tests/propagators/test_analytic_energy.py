@@ -56,7 +56,7 @@ def test_as_much_flux_leaves_an_empty_cell_as_enters_it(seed, step):
     scene = random_scene(seed, step=step)
     geometry = read_geometry(scene)
     faces = geometry.cell_outlines().reshape(-1, 4)
-    entering = arriving_flux(geometry, faces[:, [2, 3, 0, 1]], geometry.walls)
+    entering = arriving_flux(geometry, faces[:, [2, 3, 0, 1]])
     leaving = Analytic().solve(scene, 1).scalar_flux().ravel()
     empty = ~touched_cells(scene)
     assert empty.sum() > 10

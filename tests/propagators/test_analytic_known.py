@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
-from analytic_scenes import LIGHTS, WALLS, make_scene
+from analytic_scenes import LIGHTS, make_scene
 
-from flatland.errors import InputError, SchemeWarning
+from flatland.errors import InputError
 from flatland.scene import Scene
 from propagators.analytic import Analytic
 from propagators.analytic.targets import collect_light
@@ -88,15 +88,6 @@ def test_each_colour_is_the_scene_in_its_own_spectrum():
 def test_no_light_is_no_field():
     assert not np.any(Analytic().solve(make_scene(lights=()), 3).values)
     assert Analytic().arcs(make_scene(lights=()), (1, 1)) == []
-
-
-def test_albedo_is_ignored_with_a_warning():
-    data = make_scene(walls=()).to_dict()
-    wall = {"kind": "segment", "start": WALLS[0][0], "end": WALLS[0][1], "albedo": 0.5}
-    scene = Scene.from_dict({**data, "occluder": [wall]})
-    with pytest.warns(SchemeWarning, match="albedo"):
-        bright = Analytic().solve(scene, 2).values
-    np.testing.assert_array_equal(bright, Analytic().solve(make_scene(walls=WALLS[:1]), 2).values)
 
 
 def test_three_dimensions_are_refused():

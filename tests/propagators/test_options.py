@@ -130,8 +130,8 @@ def test_unknown_option_lists_the_options():
     assert str(caught.value) == message
 
 
-def test_unknown_option_of_a_propagator_without_any():
-    with pytest.raises(InputError, match=r"analytic option = 'flux': is unknown; accepted: none"):
+def test_unknown_option_of_a_propagator_that_is_no_stencil():
+    with pytest.raises(InputError, match=r"'flux': is unknown; accepted: element, bounces"):
         propagators.create("analytic", flux="central")
 
 
