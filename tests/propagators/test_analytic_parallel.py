@@ -153,4 +153,4 @@ def test_a_light_on_the_border_lets_parallel_light_in_unless_a_wall_backs_it(wal
     ledger = Analytic().energy(scene)
     assert abs(ledger.closure) < ROUNDING
     lit = Analytic(bounces=False).irradiance_at(scene, [(4, 7.9)], [(0, 1)])[0] > 1
-    assert lit == (len(walls) != 1)
+    assert lit == (not walls)
