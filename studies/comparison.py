@@ -34,9 +34,11 @@ class Comparison:
 
 
 def measure(result: Field, reference: Reference) -> dict[str, float]:
-    """Every error measure of a field, by name."""
+    """Every error measure of a field, by name; NaN where parallel light leaves none."""
     exact = reference.field(result.basis.bands)
     errors = {name: entry.function(result, exact) for name, entry in MEASURES.items()}
+    if not reference.has_density:
+        return {**errors, "angular": float("nan"), "floor": float("nan")}
     samples = reference.directions, reference.intensity
     errors["angular"] = angular_l2(result, *samples)
     errors["floor"] = representation_floor(exact, *samples)
@@ -50,7 +52,8 @@ def compare(
 
     done: called with 1 after each method.
     """
-    comparison = Comparison(scene, Reference(scene))
+    bounces = all(method.bounces for method in methods)
+    comparison = Comparison(scene, Reference(scene, bounces=bounces))
     comparison.reference.field(max(method.bands for method in methods))
     for method in methods:
         try:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from flatland.field import Field
 from flatland.memory import require_memory
 from flatland.scene import Scene
+from flatland.sources import ParallelSource
 from propagators import create
 
 Array = NDArray[np.float64]
@@ -22,12 +23,13 @@ DIRECTIONS = 256
 class Reference:
     """The analytic field at any number of bands and the intensity it was cut from.
 
-    What it cannot do: scenes that the analytic propagator refuses, see there.
+    bounces: whether walls send light back. What it cannot do: scenes that the analytic propagator
+    refuses, see there; and parallel light is a delta in angle, which `intensity` leaves out.
     """
 
-    def __init__(self, scene: Scene, directions: int = DIRECTIONS) -> None:
+    def __init__(self, scene: Scene, directions: int = DIRECTIONS, bounces: bool = True) -> None:
         self.scene, self.count = scene, directions
-        self._propagator = create("analytic")
+        self._propagator = create("analytic", bounces=bounces)
         self._fields: dict[int, Field] = {}
 
     def field(self, bands: int) -> Field:
@@ -37,6 +39,12 @@ class Reference:
             self._fields[bands] = self._propagator.solve(self.scene, bands)
             return self._fields[bands]
         return self._fields[min(known)].with_bands(bands)
+
+    @property
+    def has_density(self) -> bool:
+        """Whether all light has an intensity over angle; parallel light has not."""
+        sources = self.scene.sources("lamp")
+        return not any(isinstance(source, ParallelSource) for source in sources)
 
     @cached_property
     def directions(self) -> Array:

@@ -8,7 +8,12 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from studies.commands.options import check_stopping, method_options, whole_numbers
+from studies.commands.options import (
+    check_stopping,
+    method_options,
+    plain_numbers,
+    whole_numbers,
+)
 
 if TYPE_CHECKING:
     from studies.comparison import Comparison
@@ -133,7 +138,11 @@ def _record(scene: str, comparison: Comparison) -> dict[str, Any]:
     return {
         "scene": scene,
         "runs": [
-            {"method": run.method.as_dict(), "seconds": run.seconds, "errors": errors}
+            {
+                "method": run.method.as_dict(),
+                "seconds": run.seconds,
+                "errors": plain_numbers(errors),
+            }
             for run, errors in zip(comparison.runs, comparison.errors)
         ],
         "failed": [

@@ -69,3 +69,8 @@ def check_stopping(iterations: int | None, converge: float | None) -> None:
         raise bad_input("--iterations", iterations, "must be at least 0")
     if converge is not None and not 0 < converge < 1:
         raise bad_input("--converge", converge, "must lie between 0 and 1")
+
+
+def plain_numbers(values: dict[str, float]) -> dict[str, float | None]:
+    """Numbers for JSON, which has no NaN."""
+    return {name: None if value != value else value for name, value in values.items()}

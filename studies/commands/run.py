@@ -10,7 +10,12 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from studies.commands.options import check_stopping, method_options, scheme_options
+from studies.commands.options import (
+    check_stopping,
+    method_options,
+    plain_numbers,
+    scheme_options,
+)
 
 if TYPE_CHECKING:
     from flatland.field import Field
@@ -89,7 +94,7 @@ def _errors(scene: Scene, run: Run) -> dict[str, float]:
     from studies.comparison import measure
     from studies.reference import Reference
 
-    return measure(run.accumulated, Reference(scene))
+    return measure(run.accumulated, Reference(scene, bounces=run.method.bounces))
 
 
 def _surface_meter(scene: Scene) -> Callable[[Field], list[SurfaceError]]:
@@ -135,7 +140,7 @@ def _record(
         "seconds": run.seconds,
         **run.details,
         "ledger": {name: value.tolist() for name, value in books.items()},
-        "errors": errors,
+        "errors": plain_numbers(errors),
         "surfaces": [asdict(row) for row in lit],
     }
 

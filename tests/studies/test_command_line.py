@@ -239,3 +239,10 @@ def test_an_interrupted_run_leaves_no_file_and_no_traceback(tmp_path):
     assert "interrupted" in errors
     assert "Traceback" not in errors
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_sun_has_no_angular_error_and_the_json_stays_json():
+    text = _good(flatland("run", "atrium", "--iterations", 2, "--reference", "--json"))
+    errors = json.loads(text, parse_constant=pytest.fail)["errors"]
+    assert errors["angular"] is None
+    assert errors["coefficients"] > 0
