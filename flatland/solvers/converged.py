@@ -19,7 +19,7 @@ from flatland.stability import RADIUS_TOLERANCE
 
 METHODS = ("auto", "multigrid", "stepping", "krylov", "factorization")
 #: Iterations after which a Krylov method is taken to have stalled.
-_MULTIGRID_ITERATIONS = 20
+_MULTIGRID_ITERATIONS = 30
 _KRYLOV_ITERATIONS = 4000
 _STEPPING_SWEEPS = 20_000
 _STEPPING_BATCH = 16

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import math
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,6 +11,7 @@ from numpy.typing import NDArray
 from flatland.kernels import Layout, Sweep
 from flatland.kernels.threads import address
 from flatland.solvers.transfers import Transfer, coarse_shape
+from flatland.solvers.vectors import scale, squares
 from flatland.stencil import Stencil
 
 Buffer = NDArray[np.floating]
@@ -137,12 +139,12 @@ class Multigrid:
         """Write an approximate solution of (1 − A) x = right into `answer`."""
         finest = self.levels[0]
         # Kept near 1: a residual of 1e-40 would be lost in single precision.
-        largest = max(float(right.max()), -float(right.min()))
-        size = largest if largest > 0 else 1.0
-        np.multiply(right, 1 / size, out=finest.right, casting="same_kind")
+        total = squares(right)
+        size = math.sqrt(total / right.size) if total > 0 else 1.0
+        scale(right, 1 / size, finest.right)
         self._cycle(0)
         self.applications += 4
-        np.multiply(finest.answer, size, out=answer)
+        scale(finest.answer, size, answer)
 
     def _cycle(self, depth: int) -> None:
         level = self.levels[depth]

@@ -69,6 +69,21 @@ def direction(p, r, beta, omega, v):  # type: ignore[no-untyped-def]
         p[i] = r[i] + beta * (p[i] - omega * v[i])
 
 
+@njit(cache=True, fastmath=_FAST)
+def squares(v):  # type: ignore[no-untyped-def]
+    total = 0.0
+    for i in range(v.size):
+        total += v[i] * v[i]
+    return total
+
+
+@njit(cache=True, fastmath=_FAST)
+def scale(source, factor, target):  # type: ignore[no-untyped-def]
+    """target = factor source, from one precision into the other."""
+    for i in range(source.size):
+        target[i] = factor * source[i]
+
+
 def norm(vector: NDArray[np.floating]) -> float:
     """The L2 norm, without BLAS."""
     return math.sqrt(np.einsum("i,i", vector, vector))
