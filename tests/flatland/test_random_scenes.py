@@ -1,4 +1,4 @@
-"""Any small scene, through every stencil scheme."""
+"""Any small scene, through every scheme."""
 
 import numpy as np
 import pytest
@@ -7,7 +7,9 @@ from hypothesis import strategies as st
 from scenes import after
 from schemes import combinations, stencil_classes
 
+import propagators
 from flatland.scene import Scene
+from propagators import StencilPropagator
 
 #: Rounding of some dozen steps in float64, relative to the largest coefficient.
 ROUNDING = 1e-12
@@ -66,3 +68,43 @@ def test_any_scene_is_finite_balanced_and_linear_in_flux(scheme, dimension, draw
     third = after(Scene.from_dict(dimmed(data, 1 / 3)), 12, propagator, bands=bands)
     tolerance = ROUNDING * np.abs(field.values).max()
     np.testing.assert_allclose(3 * third.accumulated.values, field.values, rtol=0, atol=tolerance)
+
+
+@st.composite
+def walls(draw, shape):
+    """Some segments, black or grey, anywhere in the grid and somewhat beyond."""
+    corners = [st.integers(-4, 4 * n + 4).map(lambda c: c / 4) for n in shape]
+    ends = [draw(st.tuples(*corners)) for _ in range(2 * draw(st.integers(0, 4)))]
+    albedo = draw(st.sampled_from([0.0, 0.5]))
+    return [
+        {"kind": "segment", "start": start, "end": end, "albedo": albedo}
+        for start, end in zip(ends[::2], ends[1::2])
+        if start != end
+    ]
+
+
+def direct_schemes():
+    """Schemes that answer a scene without stepping it."""
+    found = map(propagators.find, propagators.names())
+    return [scheme for scheme in found if not issubclass(scheme, StencilPropagator)]
+
+
+@pytest.mark.parametrize("scheme", direct_schemes(), ids=lambda scheme: scheme.name)
+@given(draw=st.data())
+def test_any_scene_with_walls_has_a_finite_linear_direct_answer(scheme, draw):
+    data, bands = draw.draw(scenes(2)), draw.draw(BANDS[2])
+    data["occluder"] = draw.draw(walls(data["grid"]["shape"]))
+    propagator = scheme()
+    values = propagator.solve(Scene.from_dict(data), bands).values
+    assert np.all(np.isfinite(values))
+    third = propagator.solve(Scene.from_dict(dimmed(data, 1 / 3)), bands).values
+    tolerance = ROUNDING * np.abs(values).max()
+    np.testing.assert_allclose(3 * third, values, rtol=0, atol=tolerance)
+
+
+@given(draw=st.data())
+def test_the_books_of_the_reference_close_in_any_scene(draw):
+    data = draw.draw(scenes(2))
+    data["occluder"] = draw.draw(walls(data["grid"]["shape"]))
+    ledger = propagators.create("analytic").energy(Scene.from_dict(data))
+    assert abs(ledger.closure) < 1e-10 * ledger.emitted  # what numerics §6 asks for
