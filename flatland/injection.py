@@ -91,7 +91,7 @@ def _emissions(scene: Scene, basis: AngularBasis) -> list[Emission]:
     require_basis(basis, scene.grid)
     # Before any light is traced: the coefficients alone must fit.
     require_memory(8 * basis.size * scene.grid.cell_count, "bands", basis.bands)
-    walls, colours = scene.segments(), scene.colours
+    walls, colours = scene.walls(), scene.colours
     return [
         emission
         for light in scene.lights

@@ -6,6 +6,7 @@ same light as these sources. Both carry the same flux, so that they can be compa
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -24,6 +25,19 @@ class SegmentSource:
 
     start: Vector
     stop: Vector
+    spectrum: Vector
+
+
+@dataclass(frozen=True, eq=False)
+class PolygonSource:
+    """A Lambertian planar polygon in 3D that emits to its front and is opaque.
+
+    vertices: world positions (V, 3) [m], V ≥ 3, in one plane, counter-clockwise seen from the
+    front; edges do not cross. spectrum: flux per colour (colours,) [W]. Its radiance is
+    flux / (π area).
+    """
+
+    vertices: Vector
     spectrum: Vector
 
 
@@ -57,7 +71,7 @@ class ParallelSource:
     spectrum: Vector
 
 
-Source = SegmentSource | PointSource | ParallelSource
+Source = SegmentSource | PolygonSource | PointSource | ParallelSource
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,3 +84,31 @@ class Segment:
     start: Vector
     stop: Vector
     albedo: Vector
+
+
+@dataclass(frozen=True, eq=False)
+class Facet:
+    """An opaque planar polygon in 3D, seen from both sides.
+
+    vertices: (V, 3) [m], V ≥ 3, in one plane; edges do not cross. albedo: reflected share per
+    colour, () or (colours,). closed: whether it is part of a closed surface; its vertices then run
+    counter-clockwise seen from outside.
+    """
+
+    vertices: Vector
+    albedo: Vector
+    closed: bool = False
+
+
+#: What occluders are made of: segments in 2D, facets in 3D.
+Wall = Segment | Facet
+
+
+def segments_of(walls: Iterable[Wall]) -> list[Segment]:
+    """The walls of a 2D scene."""
+    return [wall for wall in walls if isinstance(wall, Segment)]
+
+
+def facets_of(walls: Iterable[Wall]) -> list[Facet]:
+    """The walls of a 3D scene."""
+    return [wall for wall in walls if isinstance(wall, Facet)]

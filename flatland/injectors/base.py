@@ -16,7 +16,7 @@ from flatland.harmonics import AngularBasis
 from flatland.injectors.item import SceneItem, Surroundings, per_channel
 from flatland.injectors.values import Broken, Direction
 from flatland.shadow_map import LightBudget
-from flatland.sources import Segment, Source
+from flatland.sources import Source, Wall
 
 Array = NDArray[np.float64]
 
@@ -63,7 +63,7 @@ class Injector(SceneItem):
         """The exact twin of the pattern, spectra of length max(1, colours)."""
 
     def emissions(
-        self, grid: Grid, basis: AngularBasis, walls: Sequence[Segment] = (), colours: int = 0
+        self, grid: Grid, basis: AngularBasis, walls: Sequence[Wall] = (), colours: int = 0
     ) -> list[Emission]:
         """All that this light puts into cells among walls, one entry per spectrum."""
         return [Emission(self.channels(colours), self.deposit(grid, basis))]
@@ -71,18 +71,18 @@ class Injector(SceneItem):
     def twins(
         self,
         grid: Grid,
-        walls: Sequence[Segment] = (),
+        walls: Sequence[Wall] = (),
         colours: int = 0,
         part: Part = "both",
     ) -> list[Source]:
         """The exact twins of `emissions`, of all of them or of a part."""
         return [] if part == "bounce" else self.sources(grid, colours)
 
-    def wall_misfits(self, grid: Grid, walls: Sequence[Segment]) -> list[Broken]:
+    def wall_misfits(self, grid: Grid, walls: Sequence[Wall]) -> list[Broken]:
         """Rules that the keys break against the scene's walls; asked of lights that bounce."""
         return []
 
-    def budget(self, grid: Grid, walls: Sequence[Segment], colours: int = 0) -> LightBudget | None:
+    def budget(self, grid: Grid, walls: Sequence[Wall], colours: int = 0) -> LightBudget | None:
         """Where the light goes before it is reflected; None where nothing but a solver knows."""
         return None
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from flatland.blocking import exact_transmittance
 from flatland.grid import Grid
 from flatland.moved_segments import ON_BORDER
-from flatland.sources import Segment
+from flatland.sources import Wall, segments_of
 
 Array = NDArray[np.float64]
 
@@ -29,7 +29,7 @@ class Side(NamedTuple):
     open_shares: Array
 
 
-def border_sides(grid: Grid, walls: Sequence[Segment] = ()) -> list[Side]:
+def border_sides(grid: Grid, walls: Sequence[Wall] = ()) -> list[Side]:
     """All sides, lower before upper.
 
     The open share of a border cell is that of its link to the cell outside, the same both ways
@@ -40,7 +40,7 @@ def border_sides(grid: Grid, walls: Sequence[Segment] = ()) -> list[Side]:
     inward = (
         np.repeat(np.eye(grid.dimension), 2, axis=0) * np.tile([1, -1], grid.dimension)[:, None]
     )
-    shares = exact_transmittance(grid, walls, -inward.astype(int)) if walls else None
+    shares = exact_transmittance(grid, segments_of(walls), -inward.astype(int)) if walls else None
     sides = []
     for number, direction in enumerate(inward):
         axis, upper = number // 2, bool(number % 2)
@@ -52,10 +52,12 @@ def border_sides(grid: Grid, walls: Sequence[Segment] = ()) -> list[Side]:
     return sides
 
 
-def open_stretches(grid: Grid, walls: Sequence[Segment], side: Side) -> list[tuple[Array, Array]]:
+def open_stretches(grid: Grid, walls: Sequence[Wall], side: Side) -> list[tuple[Array, Array]]:
     """The parts of a side in 2D that no wall lies on, as start and stop [m], inside on the left."""
     place, along = (grid.shape[side.axis] if side.upper else 0), 1 - side.axis
-    ends = np.array([(wall.start, wall.stop) for wall in walls], float).reshape(-1, 2, 2)
+    ends = np.array([(wall.start, wall.stop) for wall in segments_of(walls)], float).reshape(
+        -1, 2, 2
+    )
     cells = grid.to_cells(ends)
     lying = np.all(np.abs(cells[..., side.axis] - place) <= ON_BORDER, axis=1)
     covers = np.sort(np.clip(cells[lying][..., along], 0, grid.shape[along]), axis=1)

@@ -13,7 +13,7 @@ from flatland.injectors.base import Array, Emission, collect
 from flatland.moved_segments import cells_along
 from flatland.shadow_map import WEIGHTS, ShadowMap, reflected_flux
 from flatland.shadow_map.reflection import lit_albedo
-from flatland.sources import Segment, SegmentSource
+from flatland.sources import SegmentSource, Wall
 
 #: Ratios between colours of an albedo count as the same to this many decimals.
 SAME_HUE = 12
@@ -26,7 +26,7 @@ LONGEST_SOURCE = 0.5
 
 def bounce_emissions(
     shadow_map: ShadowMap,
-    walls: Sequence[Segment],
+    walls: Sequence[Wall],
     strength: Array,
     weight: str,
     grid: Grid,
@@ -59,7 +59,7 @@ def bounce_emissions(
 
 
 def bounce_sources(
-    shadow_map: ShadowMap, walls: Sequence[Segment], strength: Array, weight: str, grid: Grid
+    shadow_map: ShadowMap, walls: Sequence[Wall], strength: Array, weight: str, grid: Grid
 ) -> list[SegmentSource]:
     """Lit surfaces as Lambertian segments: the same pieces, neighbours on a wall joined."""
     flux = reflected_flux(shadow_map, walls, strength, weight)

@@ -17,7 +17,7 @@ from flatland.injectors.cell import wrong_length
 from flatland.injectors.lamp import Lamp
 from flatland.injectors.values import Broken, Heading, PerColour
 from flatland.shadow_map import ShadowMap, map_directional_light
-from flatland.sources import ParallelSource, Segment, Source
+from flatland.sources import ParallelSource, Source, Wall, segments_of
 
 
 class DirectionalLight(Lamp):
@@ -50,10 +50,10 @@ class DirectionalLight(Lamp):
     def grid_misfits(self, grid: Grid, directory: Path) -> list[Broken]:
         return wrong_length("direction", self.direction, grid)
 
-    def shadow_map(self, grid: Grid, walls: Sequence[Segment]) -> ShadowMap:
-        return map_directional_light(grid, walls, self.heading, self.texels)
+    def shadow_map(self, grid: Grid, walls: Sequence[Wall]) -> ShadowMap:
+        return map_directional_light(grid, segments_of(walls), self.heading, self.texels)
 
-    def direct(self, grid: Grid, basis: AngularBasis, walls: Sequence[Segment]) -> Deposit:
+    def direct(self, grid: Grid, basis: AngularBasis, walls: Sequence[Wall]) -> Deposit:
         area = grid.spacing ** (grid.dimension - 1)
         lit = [side for side in border_sides(grid, walls) if side.inward @ self.heading > 0]
         flux = [area * (side.inward @ self.heading) * side.open_shares for side in lit]

@@ -13,7 +13,7 @@ from flatland.harmonics import AngularBasis
 from flatland.injectors.base import Deposit, Emission, Injector, Part, collect
 from flatland.injectors.border import border_sides, open_stretches
 from flatland.injectors.values import PerColour
-from flatland.sources import Segment, SegmentSource, Source
+from flatland.sources import SegmentSource, Source, Wall
 
 
 class EnvironmentLight(Injector):
@@ -47,7 +47,7 @@ class EnvironmentLight(Injector):
         return self._deposit(grid, basis, ())
 
     def emissions(
-        self, grid: Grid, basis: AngularBasis, walls: Sequence[Segment] = (), colours: int = 0
+        self, grid: Grid, basis: AngularBasis, walls: Sequence[Wall] = (), colours: int = 0
     ) -> list[Emission]:
         return [Emission(self.channels(colours), self._deposit(grid, basis, walls))]
 
@@ -57,7 +57,7 @@ class EnvironmentLight(Injector):
     def twins(
         self,
         grid: Grid,
-        walls: Sequence[Segment] = (),
+        walls: Sequence[Wall] = (),
         colours: int = 0,
         part: Part = "both",
     ) -> list[Source]:
@@ -75,7 +75,7 @@ class EnvironmentLight(Injector):
             for start, stop in ends
         ]
 
-    def _deposit(self, grid: Grid, basis: AngularBasis, walls: Sequence[Segment]) -> Deposit:
+    def _deposit(self, grid: Grid, basis: AngularBasis, walls: Sequence[Wall]) -> Deposit:
         sides = border_sides(grid, walls)
         area = grid.spacing ** (grid.dimension - 1)
         lobes = [

@@ -14,7 +14,7 @@ from flatland.injectors.base import Deposit, Emission, Injector, Part
 from flatland.injectors.bounce import bounce_emissions, bounce_sources
 from flatland.injectors.values import Texels
 from flatland.shadow_map import LightBudget, ShadowMap, light_budget
-from flatland.sources import Segment, Source
+from flatland.sources import Source, Wall
 
 
 class Lamp(Injector):
@@ -37,11 +37,11 @@ class Lamp(Injector):
     )
 
     @abstractmethod
-    def shadow_map(self, grid: Grid, walls: Sequence[Segment]) -> ShadowMap:
+    def shadow_map(self, grid: Grid, walls: Sequence[Wall]) -> ShadowMap:
         """What the light meets first, for a light of unit strength."""
 
     @abstractmethod
-    def direct(self, grid: Grid, basis: AngularBasis, walls: Sequence[Segment]) -> Deposit:
+    def direct(self, grid: Grid, basis: AngularBasis, walls: Sequence[Wall]) -> Deposit:
         """The light itself, for unit strength."""
 
     @abstractmethod
@@ -55,7 +55,7 @@ class Lamp(Injector):
         return Deposit(cells[:, :kept], coefficients[:kept])
 
     def emissions(
-        self, grid: Grid, basis: AngularBasis, walls: Sequence[Segment] = (), colours: int = 0
+        self, grid: Grid, basis: AngularBasis, walls: Sequence[Wall] = (), colours: int = 0
     ) -> list[Emission]:
         strength = self.channels(colours)
         emissions = []
@@ -73,7 +73,7 @@ class Lamp(Injector):
     def twins(
         self,
         grid: Grid,
-        walls: Sequence[Segment] = (),
+        walls: Sequence[Wall] = (),
         colours: int = 0,
         part: Part = "both",
     ) -> list[Source]:
@@ -86,6 +86,6 @@ class Lamp(Injector):
         found, strength = self.shadow_map(grid, walls), self.channels(colours)
         return [*sources, *bounce_sources(found, walls, strength, self.weight, grid)]
 
-    def budget(self, grid: Grid, walls: Sequence[Segment], colours: int = 0) -> LightBudget:
+    def budget(self, grid: Grid, walls: Sequence[Wall], colours: int = 0) -> LightBudget:
         """Of the light itself, whatever part of it is injected."""
         return light_budget(self.shadow_map(grid, walls), walls, self.channels(colours))

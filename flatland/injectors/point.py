@@ -17,7 +17,7 @@ from flatland.injectors.lamp import Lamp
 from flatland.injectors.values import Broken, PerColour, Position
 from flatland.moved_segments import ON_BORDER
 from flatland.shadow_map import ShadowMap, map_point_light
-from flatland.sources import Segment, Source
+from flatland.sources import Segment, Source, Wall, segments_of
 
 
 class PointLight(Lamp):
@@ -49,16 +49,20 @@ class PointLight(Lamp):
         rule = f"must lie inside the grid, {spans}, and not on its border"
         return [Broken(rule, key="position", value=self.position)]
 
-    def wall_misfits(self, grid: Grid, walls: Sequence[Segment]) -> list[Broken]:
-        if not walls or _distances(walls, np.array(self.position)).min() > ON_BORDER * grid.spacing:
+    def wall_misfits(self, grid: Grid, walls: Sequence[Wall]) -> list[Broken]:
+        if (
+            not walls
+            or _distances(segments_of(walls), np.array(self.position)).min()
+            > ON_BORDER * grid.spacing
+        ):
             return []
         rule = "must not lie on an occluder: move it to the side that it is to light"
         return [Broken(rule, key="position", value=self.position)]
 
-    def shadow_map(self, grid: Grid, walls: Sequence[Segment]) -> ShadowMap:
-        return map_point_light(grid, walls, np.array(self.position), self.texels)
+    def shadow_map(self, grid: Grid, walls: Sequence[Wall]) -> ShadowMap:
+        return map_point_light(grid, segments_of(walls), np.array(self.position), self.texels)
 
-    def direct(self, grid: Grid, basis: AngularBasis, walls: Sequence[Segment]) -> Deposit:
+    def direct(self, grid: Grid, basis: AngularBasis, walls: Sequence[Wall]) -> Deposit:
         place = grid.to_cells(self.position)
         ranges = [np.unique(np.floor([x - ON_BORDER, x + ON_BORDER])) for x in place]
         cells = np.stack([axis.ravel() for axis in np.meshgrid(*ranges, indexing="ij")])

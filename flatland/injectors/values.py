@@ -80,6 +80,10 @@ def check_point(value: Any) -> tuple[float, float]:
     return check_list(value, (2,), check_number, "2 numbers, [x, y]")
 
 
+def check_space_point(value: Any) -> tuple[float, float, float]:
+    return check_list(value, (3,), check_number, "3 numbers, [x, y, z]")
+
+
 def check_position(value: Any) -> tuple[float, ...]:
     return check_list(value, (2, 3), check_number, "2 or 3 numbers, one per axis")
 
@@ -161,6 +165,7 @@ def check_file_name(value: Any) -> str:
 
 Spacing = Annotated[float, PlainValidator(check_spacing)]
 Point = Annotated[tuple[float, float], PlainValidator(check_point)]
+SpacePoint = Annotated[tuple[float, float, float], PlainValidator(check_space_point)]
 Origin = Annotated[tuple[float, ...], PlainValidator(check_origin)]
 Direction = Annotated[tuple[float, ...] | None, PlainValidator(check_direction)]
 Position = Annotated[tuple[float, ...], PlainValidator(check_position)]

@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from typing import ClassVar, Literal
+from typing import Literal
 
 import numpy as np
 from pydantic import Field
 
 from flatland.injectors.item import is_degenerate
 from flatland.injectors.values import Broken, Point, Radius, Sides
-from flatland.occluders.base import Occluder
+from flatland.occluders.base import FlatOccluder
 
 
-class CircleOccluder(Occluder):
+class CircleOccluder(FlatOccluder):
     """A closed round wall, as a regular polygon of n sides with the circle's circumference.
 
     A convex outline of the same length casts shadows of the same mean width and, in light from
@@ -22,8 +22,6 @@ class CircleOccluder(Occluder):
     along the axes, so that a circle on a wall or on the grid's border does not reach through it
     (if n is a multiple of 4).
     """
-
-    dimensions: ClassVar = (2,)
 
     kind: Literal["circle"] = Field("circle", description="a closed round wall")
     center: Point = Field(description="center [m]")

@@ -2,22 +2,20 @@
 
 from __future__ import annotations
 
-from typing import ClassVar, Literal
+from typing import Literal
 
 from pydantic import Field
 
 from flatland.injectors.item import is_degenerate
 from flatland.injectors.values import Broken, Point, Vertices
-from flatland.occluders.base import Occluder
+from flatland.occluders.base import FlatOccluder
 
 
-class PolygonOccluder(Occluder):
+class PolygonOccluder(FlatOccluder):
     """A closed outline of walls; the last vertex is joined to the first.
 
     Its inside is empty space with walls around it: a light in there stays in there.
     """
-
-    dimensions: ClassVar = (2,)
 
     kind: Literal["polygon"] = Field("polygon", description="a closed outline of straight walls")
     vertices: Vertices = Field(description="at least 3 points [m], closed automatically")

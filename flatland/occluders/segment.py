@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-from typing import ClassVar, Literal
+from typing import Literal
 
 from pydantic import Field
 
 from flatland.injectors.item import is_degenerate
 from flatland.injectors.values import Broken, Point
-from flatland.occluders.base import Occluder
+from flatland.occluders.base import FlatOccluder
 
 
-class SegmentOccluder(Occluder):
+class SegmentOccluder(FlatOccluder):
     """A wall without thickness from start to end, opaque from both sides."""
-
-    dimensions: ClassVar = (2,)
 
     kind: Literal["segment"] = Field("segment", description="a thin straight wall")
     start: Point = Field(description="start [m]")

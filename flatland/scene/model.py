@@ -29,7 +29,7 @@ from flatland.memory import require_memory
 from flatland.occluders import OCCLUDERS, Occluder
 from flatland.scene.problems import SceneError, problems_in, scene_error
 from flatland.shadow_map import LightBudget
-from flatland.sources import Segment, Source
+from flatland.sources import Facet, Segment, Source, Wall, facets_of, segments_of
 
 #: What the leanest run holds: source, target and accumulated field, one band, float32.
 BYTES_PER_CELL = 3 * 4
@@ -119,7 +119,7 @@ class Scene(BaseModel):
         that shines by itself, whatever a light's `inject` says: where a method that follows every
         bounce itself starts.
         """
-        walls = self.segments()
+        walls = self.walls()
         grid, colours = self.grid, self.colours
         return [
             source for light in self.lights for source in light.twins(grid, walls, colours, part)
@@ -127,13 +127,21 @@ class Scene(BaseModel):
 
     def budgets(self) -> list[LightBudget | None]:
         """Per light, where its flux goes before it is reflected; None for kinds without a map."""
-        walls = self.segments()
+        walls = self.walls()
         return [light.budget(self.grid, walls, self.colours) for light in self.lights]
 
-    def segments(self) -> list[Segment]:
+    def walls(self) -> list[Wall]:
         """The walls of all occluders; albedo (max(1, colours),)."""
         colours = self.colours
-        return [wall for occluder in self.occluders for wall in occluder.segments(colours)]
+        return [wall for occluder in self.occluders for wall in occluder.walls(colours)]
+
+    def segments(self) -> list[Segment]:
+        """The walls of a 2D scene."""
+        return segments_of(self.walls())
+
+    def facets(self) -> list[Facet]:
+        """The walls of a 3D scene."""
+        return facets_of(self.walls())
 
     def to_dict(self) -> dict[str, Any]:
         """Tables and keys as in a file, without what equals its default; from_dict reverses it."""
@@ -147,7 +155,7 @@ class Scene(BaseModel):
 
     @model_validator(mode="after")
     def _lights_are_clear_of_walls(self) -> Self:
-        walls = self.segments() if any(light.bounces for light in self.lights) else []
+        walls = self.walls() if any(light.bounces for light in self.lights) else []
         broken = [
             replace(rule, key=f"light, {number}, {rule.key}")
             for number, light in enumerate(self.lights, 1)

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from flatland.shadow_map.budget import LightBudget
 from flatland.shadow_map.surfels import ShadowMap
-from flatland.sources import Segment
+from flatland.sources import Wall
 
 Array = NDArray[np.float64]
 
@@ -24,20 +24,20 @@ WEIGHTS: dict[str, Callable[[ShadowMap], Array]] = {
 
 
 def reflected_flux(
-    shadow_map: ShadowMap, walls: Sequence[Segment], strength: Array, weight: str = "exact"
+    shadow_map: ShadowMap, walls: Sequence[Wall], strength: Array, weight: str = "exact"
 ) -> Array:
     """Flux (K, C) [W] that each lit piece reflects; strength (C,) of the light per colour."""
     share = WEIGHTS[weight](shadow_map) * shadow_map.received
     return share[:, None] * lit_albedo(shadow_map, walls, strength.size) * strength
 
 
-def lit_albedo(shadow_map: ShadowMap, walls: Sequence[Segment], colours: int) -> Array:
+def lit_albedo(shadow_map: ShadowMap, walls: Sequence[Wall], colours: int) -> Array:
     """Albedo (K, C) of each lit piece."""
     rows = [np.broadcast_to(wall.albedo, colours) for wall in walls]
     return np.array(rows, float).reshape(-1, colours)[shadow_map.walls]
 
 
-def light_budget(shadow_map: ShadowMap, walls: Sequence[Segment], strength: Array) -> LightBudget:
+def light_budget(shadow_map: ShadowMap, walls: Sequence[Wall], strength: Array) -> LightBudget:
     """The books of a lamp of strength (C,) per colour."""
     received = float(shadow_map.received.sum()) * strength
     reflected = reflected_flux(shadow_map, walls, strength).sum(axis=0)

@@ -79,7 +79,7 @@ MISTAKES = {
     ),
     "no kind": (
         HEAD + "[[occluder]]\nstart = [1, 2]",
-        "no key 'kind'; accepted: circle, polygon, segment",
+        "no key 'kind'; accepted: box, circle, polygon, segment",
     ),
     "kind is no text": (HEAD + "[[light]]\nkind = [1]", "light 1, kind = [1]"),
     "missing key": (HEAD + '[[light]]\nkind = "cell"\nflux = 1', "has no key 'cell'"),
