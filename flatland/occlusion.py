@@ -138,9 +138,6 @@ def without_first_bounces(scene: Scene) -> Scene:
 
 def _blocking_lights(scene: Scene) -> list[tuple[AreaLight, Segment]]:
     """Area lights in 2D and the black walls that they are."""
-    black = np.zeros(max(1, scene.colours))
-    return [
-        (light, Segment(np.array(light.start), np.array(light.end), black))
-        for light in scene.lights
-        if isinstance(light, AreaLight)
-    ]
+    lights = [light for light in scene.lights if isinstance(light, AreaLight)]
+    walls = [(light, light.blocker(scene.colours)) for light in lights]
+    return [(light, wall) for light, wall in walls if isinstance(wall, Segment)]

@@ -12,6 +12,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
+from flatland.injectors import AreaLight
 from flatland.scene import parse_scene
 from studies.style import LINES, line_of
 
@@ -59,8 +60,8 @@ def draw_scene(axes: Axes, data: xr.Dataset, cells: bool = True) -> None:
         axes.vlines(edges[0], lower[1], upper[1], **box)
         axes.hlines(edges[1], lower[0], upper[0], **box)
     for light in scene.lights:
-        if light.kind == "area":
-            ends = np.array([light.start, light.end])  # type: ignore[attr-defined]
+        if isinstance(light, AreaLight) and light.start is not None:
+            ends = np.array([light.start, light.end])
             axes.plot(*ends.T, color="#e6b800", linewidth=1.8, solid_capstyle="butt")
     for wall in scene.segments():
         axes.plot(*np.array([wall.start, wall.stop]).T, color="black", linewidth=1.2)
