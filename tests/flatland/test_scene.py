@@ -5,9 +5,11 @@ import re
 
 import numpy as np
 import pytest
+import trimesh
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from flatland.errors import InputError
 from flatland.grid import Grid
 from flatland.harmonics import basis_for
 from flatland.injection import inject
@@ -156,18 +158,29 @@ def first_hit(facets, start, ray):
     return int(side)
 
 
-def test_template_loads():
-    assert parse_scene(scene_template()).lights
+@pytest.mark.parametrize("dimension", [2, 3])
+def test_template_loads(dimension):
+    scene = parse_scene(scene_template(dimension))
+    assert scene.grid.dimension == dimension
+    assert scene.lights
+    assert scene.walls()
 
 
-def test_every_example_in_the_template_loads(tmp_path):
-    np.save(tmp_path / "light.npy", np.zeros((3, 32, 32)))
-    np.savez(tmp_path / "light.npz", coefficients=np.zeros((3, 32, 32)))
-    text = re.sub(r"^# (?=\[\[|\w+ = )", "", scene_template(), flags=re.MULTILINE)
+def test_template_of_no_dimension_is_refused():
+    with pytest.raises(InputError, match="dimension = 4: .*; accepted: 2, 3"):
+        scene_template(4)
+
+
+@pytest.mark.parametrize("dimension", [2, 3])
+def test_every_example_in_the_template_loads(tmp_path, dimension):
+    shape = parse_scene(scene_template(dimension)).grid.shape
+    np.savez(tmp_path / "light.npz", coefficients=np.zeros((9, *shape)))
+    trimesh.creation.box().export(tmp_path / "mesh.stl")
+    text = re.sub(r"^# (?=\[\[|\w+ = )", "", scene_template(dimension), flags=re.MULTILINE)
     scene = parse_scene(text, directory=tmp_path)
     for items, registry in ((scene.lights, INJECTORS), (scene.occluders, OCCLUDERS)):
-        flat = {name for name, kind in registry.items() if 2 in kind.dimensions}
-        assert {item.kind for item in items} == flat
+        kinds = {name for name, kind in registry.items() if dimension in kind.dimensions}
+        assert {item.kind for item in items} == kinds
 
 
 def test_file_is_found_by_path_and_names_its_data_from_its_own_folder(tmp_path):

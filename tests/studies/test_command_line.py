@@ -75,8 +75,31 @@ def test_scenes_can_be_listed_shown_checked_and_started(tmp_path):
     shown = _good(flatland("scene", "show", "fig5-one-light"))
     (tmp_path / "copy.toml").write_text(shown)
     assert "good" in _good(flatland("scene", "check", "copy.toml", cwd=tmp_path))
-    _good(flatland("scene", "new", "mine.toml", cwd=tmp_path))
-    assert "good" in _good(flatland("scene", "check", "mine.toml", cwd=tmp_path))
+    for dimension in (2, 3):
+        name = f"mine{dimension}.toml"
+        _good(flatland("scene", "new", name, "--dimension", dimension, cwd=tmp_path))
+        assert "good" in _good(flatland("scene", "check", name, cwd=tmp_path))
+    _refused(flatland("scene", "new", "a.toml", "--dimension", 4, cwd=tmp_path), "4", "2, 3")
+
+
+MESHES = {
+    "good.off": "OFF 4 4 0\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n3 0 1 2\n3 0 1 3\n3 0 2 3\n3 1 2 3\n",
+    # What its reader logs, with a traceback, must not be seen.
+    "bad.stl": "solid a\nfacet normal x\nouter loop\n" + "vertex 1 2 3\n" * 3 + "endloop\nendsolid",
+}
+
+
+def test_scenes_with_meshes_are_shown_checked_and_run_from_anywhere(tmp_path):
+    for name, text in MESHES.items():
+        (tmp_path / name).write_text(text)
+        scene = f'[grid]\nshape = [4, 4, 4]\n[[occluder]]\nkind = "mesh"\nfile = "{name}"\n'
+        (tmp_path / f"{name}.toml").write_text(scene)
+    good, bad = tmp_path / "good.off.toml", tmp_path / "bad.stl.toml"
+    assert "4 x 4 x 4 cells, 0 lights, 1 occluders" in _good(flatland("scene", "check", good))
+    assert _good(flatland("scene", "show", good)).endswith('kind = "mesh"\nfile = "good.off"\n')
+    for arguments in (("scene", "check"), ("scene", "show"), ("run",)):
+        text = _refused(flatland(*arguments, bad), "line 5: occluder 1, file = 'bad.stl': has")
+        assert text.count("\n") == 1
 
 
 def test_a_new_scene_never_replaces_a_file(tmp_path):
