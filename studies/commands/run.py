@@ -115,7 +115,8 @@ def _painter(
         if layer is not None:
             raise bad_input("--slice", layer, "needs --image")
         return None
-    from studies.figures.picture import draw_picture, read_slice
+    from studies.figures.picture import draw_picture
+    from studies.figures.slices import read_slice
     from studies.style import FORMATS, figure_style, save_figure
 
     if image.suffix.lower() not in FORMATS:
