@@ -61,6 +61,11 @@ def shown_axes(layer: Slice | None) -> tuple[int, int]:
     return across, up
 
 
+def in_space(directions: Array, layer: Slice | None) -> Array:
+    """Directions (K, 2) in a picture's plane as (K, dimension)."""
+    return directions if layer is None else np.insert(directions, layer.axis, 0.0, axis=1)
+
+
 def cut(values: Array, layer: Slice | None) -> Array:
     """Arrays (..., *shape) of cells, in 3D the layer alone."""
     return values if layer is None else np.take(values, layer.cell, axis=layer.axis - 3)
