@@ -309,8 +309,51 @@ def scenes(draw):
     }
 
 
+@st.composite
+def space_scenes(draw):
+    """Tables of random valid scenes on a grid of 8 x 8 x 8 cells."""
+    colours = draw(st.integers(0, 3))
+    flux = per_colour(amount, colours)
+    place, wide = st.tuples(*[inside] * 3), st.tuples(*[number] * 3)
+    triangle = st.tuples(place, place, place).filter(lambda t: doubled_area(t) > 0.1)
+    lights = st.one_of(
+        st.fixed_dictionaries({"kind": st.just("area"), "vertices": triangle, "flux": flux}),
+        st.fixed_dictionaries({"kind": st.just("area"), "vertices": triangle, "radiance": flux}),
+        st.fixed_dictionaries(
+            {"kind": st.just("wall"), "side": st.sampled_from(["back", "top"]), "flux": flux},
+            optional={"direction": wide.filter(any)},
+        ),
+    )
+    albedo = {"albedo": per_colour(share, colours)}
+    quads = triangle.map(lambda t: [*t, np.add(t[0], np.subtract(t[2], t[1])).tolist()])
+    occluders = st.one_of(
+        st.fixed_dictionaries({"kind": st.just("quad"), "vertices": quads}, optional=albedo),
+        st.builds(
+            lambda low, size, keys: {
+                "kind": "box",
+                "min": low,
+                "max": np.add(low, size).tolist(),
+                **keys,
+            },
+            wide,
+            st.tuples(*[st.floats(1, 1e3)] * 3),
+            st.fixed_dictionaries({}, optional=albedo),
+        ),
+    )
+    return {
+        "grid": {"shape": [8, 8, 8], "spacing": draw(st.floats(1, 1.5))},
+        "light": draw(st.lists(lights, max_size=3)),
+        "occluder": draw(st.lists(occluders, max_size=3)),
+    }
+
+
+def doubled_area(triangle):
+    a, b, c = np.array(triangle, float)
+    return np.linalg.norm(np.cross(b - a, c - a))
+
+
 @settings(deadline=None, derandomize=True, max_examples=80)
-@given(scenes())
+@given(scenes() | space_scenes())
 def test_any_scene_survives_toml(tables):
     scene = Scene.from_dict(tables)
     assert parse_scene(scene_to_toml(scene)) == scene

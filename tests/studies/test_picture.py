@@ -144,9 +144,9 @@ def test_samples_are_short_and_carry_the_exact_flux_to_both_sides():
     scene = load_scene("shelf")
     samples = surface_samples(scene)
     exact = propagators.create("analytic")
-    assert samples.lengths.max() <= scene.grid.spacing / 2 + 1e-12
-    assert samples.lengths.sum() == pytest.approx(40)
-    flux = samples.lengths @ samples.exact
+    assert samples.sizes.max() <= scene.grid.spacing / 2 + 1e-12
+    assert samples.sizes.sum() == pytest.approx(40)
+    flux = samples.sizes @ samples.exact
     assert flux == pytest.approx(exact.absorbed(scene).sum(), rel=1e-9)
 
 
