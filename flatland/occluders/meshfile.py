@@ -43,8 +43,6 @@ def read_triangles(path: Path) -> Array:
             warnings.filterwarnings("error", message="string or file could not be read")
             found = READERS[path.suffix.lower()](content)
             parts = [(np.asarray(points, float), _fans(faces)) for points, faces in found]
-    except InputError:
-        raise
     except Exception as error:  # a damaged file can make its readers raise anything
         reason = " ".join(str(error).split())[:100] or type(error).__name__
         raise _bad_file(path, f"cannot be read as {path.suffix} ({reason})") from error
@@ -62,19 +60,19 @@ def read_triangles(path: Path) -> Array:
 
 
 def _content(path: Path) -> bytes:
-    """The file's bytes, if it is one and they fit into memory."""
+    """The file's bytes, if it is one and what is made of them fits into memory."""
     if not path.is_file():
         raise _bad_file(path, f"is not a file (looked for {path})")
     try:
+        size = path.stat().st_size
+        if size > LARGEST_FILE:
+            rule = f"is larger than the {LARGEST_FILE >> 20} MiB that a mesh file may have"
+            raise _bad_file(path, rule)
+        require_memory(MEMORY_PER_BYTE * size, "file", path.name)
         with path.open("rb") as file:
-            content = file.read(LARGEST_FILE + 1)
+            return file.read(LARGEST_FILE)
     except OSError as error:
         raise _bad_file(path, f"cannot be read ({error.strerror})") from error
-    if len(content) > LARGEST_FILE:
-        rule = f"is larger than the {LARGEST_FILE >> 20} MiB that a mesh file may have"
-        raise _bad_file(path, rule)
-    require_memory(MEMORY_PER_BYTE * len(content), "file", path.name)
-    return content
 
 
 def _fans(polygons: Any) -> Indices:
@@ -98,9 +96,10 @@ def _stl(content: bytes) -> Iterable[tuple[Any, Any]]:
 
     loaded = load_stl(io.BytesIO(content))
     parts = loaded["geometry"].values() if "geometry" in loaded else [loaded]
-    text = content.lower()
-    if "face_attributes" not in loaded and text.rfind(b"endloop") > text.rfind(b"endsolid"):
-        raise ValueError("cut short: no endsolid at its end")
+    if "face_attributes" not in loaded:  # text
+        ends = [content.lower().rfind(word) for word in (b"endloop", b"endsolid")]
+        if ends[0] > ends[1]:
+            raise ValueError("cut short: no endsolid at its end")
     return [(part["vertices"], part["faces"]) for part in parts]
 
 
