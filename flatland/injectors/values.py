@@ -15,6 +15,8 @@ LARGEST = 1e100
 MOST_CELLS = 2**31 - 1
 #: Most texels of a shadow map, and most sides of a circle.
 MOST_TEXELS, MOST_SIDES = 2**20, 2**16
+#: Most texels along a side of a shadow map in 3D.
+MOST_TEXELS_3D = 1024
 #: Marks "the value that was given", where a broken rule brings no value of its own.
 AS_GIVEN = object()
 
