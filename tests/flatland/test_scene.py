@@ -89,14 +89,14 @@ def test_every_builtin_scene_survives_toml(name):
 
 
 #: Built-in scenes whose surfaces reflect, in colours.
-COLOURED = {"atrium", "cornell-2d"}
+COLOURED = {"atrium", "cornell-2d", "point-lights-3d"}
 
 
 @pytest.mark.parametrize("name", builtin_names())
 def test_every_other_builtin_scene_is_black_and_grey(name):
     scene = load_scene(name)
     assert scene.colours == (3 if name in COLOURED else 0)
-    assert any(wall.albedo.any() for wall in scene.segments()) == (name in COLOURED)
+    assert any(wall.albedo.any() for wall in scene.walls()) == (name in COLOURED)
 
 
 def test_template_loads():
