@@ -29,6 +29,8 @@ SLACK = 1e-13
 MOST_STORED = 16
 #: Facets in a tile beyond which it is looked at in FINER x FINER tiles, and how often in a row.
 MOST_IN_TILE, FINER, DEEPEST = 128, 8, 3
+#: Of these, the number that a facet meets in the mean from which on that would not help.
+WIDE = 16
 
 
 def visible_polygons(view: FacetView, count: int) -> Polygons:
@@ -43,9 +45,13 @@ def visible_polygons(view: FacetView, count: int) -> Polygons:
 
 
 def _seen_in(view: FacetView, tiles: Tiles, depth: int = 0) -> Iterator[Polygons]:
-    """Lit parts of tiles; those with too many facets are looked at in finer ones."""
+    """Lit parts of tiles; those with many small facets are looked at in finer ones."""
     listed = np.diff(tiles.starts)
-    full = listed > MOST_IN_TILE if depth < DEEPEST else np.zeros(len(listed), bool)
+    crowded = np.flatnonzero(listed > MOST_IN_TILE) if depth < DEEPEST else listed[:0]
+    finer = {int(tile): tiles.finer(view, int(tile), FINER) for tile in crowded}
+    finer = {k: fine for k, fine in finer.items() if fine.members.size < WIDE * listed[k]}
+    left_out = np.zeros(len(listed), bool)
+    left_out[list(finer)] = True
     vertices, tags = _visible(
         view.first,
         view.lines,
@@ -56,16 +62,14 @@ def _seen_in(view: FacetView, tiles: Tiles, depth: int = 0) -> Iterator[Polygons
         tiles.size,
         tiles.starts,
         tiles.members,
-        full,
+        left_out,
         slack_of(view),
     )
-    ends = np.concatenate([[0], tags[:, 0]])
-    yield Polygons(vertices, ends, np.ascontiguousarray(tags[:, 1:]))
-    for tile in np.flatnonzero(full):
-        for part in _seen_in(view, tiles.finer(view, int(tile), FINER), depth + 1):
-            yield part._replace(
-                tags=np.column_stack([part.tags[:, 0], np.full(len(part.tags), tile)])
-            )
+    yield Polygons(vertices, np.append(0, tags[:, 0]), np.ascontiguousarray(tags[:, 1:]))
+    for tile, fine in finer.items():
+        for part in _seen_in(view, fine, depth + 1):
+            whose = np.full(len(part.tags), tile)
+            yield part._replace(tags=np.column_stack([part.tags[:, 0], whose]))
 
 
 def slack_of(view: FacetView) -> float:
