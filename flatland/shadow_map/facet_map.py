@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flatland.grid import Grid
+from flatland.memory import require_memory
 from flatland.shadow_map.convex import Polygons, measure
 from flatland.shadow_map.facet_views import FacetView, parallel_view, point_views
 from flatland.shadow_map.maps import CellShares, ShadowMap
@@ -24,6 +25,8 @@ Indices = NDArray[np.int64]
 #: Fewest tiles along a side of a map: fewer would hold too many facets each. Texels are cut in so
 #: many tiles that there are as many; only the cost depends on it.
 FEWEST_TILES = 32
+#: What a tile takes while a map is made, if it shows one facet before one cell.
+BYTES_PER_TILE = 400
 #: Tiles along a side of the map that sources are made of: shadows are cut exactly in any case, and
 #: each tile border may cut a source in two.
 SOURCE_TILES = 8
@@ -140,9 +143,9 @@ def _seen_through(
 
 def _mapped(grid: Grid, views: Sequence[FacetView], texels: int, emitted: float) -> FacetMap:
     split = -(-FEWEST_TILES // texels)
-    return _joined(
-        grid, views, [_seen_through(grid, view, texels, split) for view in views], texels, emitted
-    )
+    require_memory(BYTES_PER_TILE * len(views) * (texels * split) ** 2, "texels", texels)
+    parts = [_seen_through(grid, view, texels, split) for view in views]
+    return _joined(grid, views, parts, texels, emitted)
 
 
 def _joined(
@@ -167,7 +170,7 @@ def _loops(grid: Grid, view: FacetView, polygons: Polygons) -> list[Array]:
     corners = np.column_stack([polygons.vertices, np.ones(len(polygons.vertices))])
     rows = np.repeat(polygons.tags[:, 0], np.diff(polygons.first))
     points = grid.to_world(view.points(rows, corners))
-    # Patches run counter-clockwise in the map: seen against the light if its frame is right-handed.
+    # In the map patches run counter-clockwise: in a right-handed frame, seen from behind them.
     backwards = np.linalg.det(view.axes) > 0
     loops = np.split(points, polygons.first[1:-1])[: len(polygons.tags)]
     return [loop[::-1] if backwards else loop for loop in loops]
