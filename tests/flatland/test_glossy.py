@@ -156,6 +156,10 @@ def test_rays_into_the_surface_or_out_of_the_grid_bring_nothing(dimension):
     field, up = uniform(dimension, 2), np.eye(dimension)[1]
     points, _, views = on_the_floor(dimension)
     np.testing.assert_array_equal(glossy_radiance(field, points, up, -views), 0.0)
+    # Amid the light, but seen from behind.
+    centre = [field.grid.cell_center((2,) * dimension)]
+    assert glossy_radiance(field, centre, up, -up)[0] > 0
+    assert glossy_radiance(field, centre, up, up)[0] == 0
     np.testing.assert_array_equal(glossy_radiance(field, points, -up, -views), 0.0)
 
 
