@@ -17,6 +17,8 @@ MOST_CELLS = 2**31 - 1
 MOST_TEXELS, MOST_SIDES = 2**20, 2**16
 #: Endings of mesh files, in either case.
 MESH_ENDINGS = (".stl", ".obj", ".ply", ".off")
+#: Most texels along a side of a shadow map in 3D.
+MOST_TEXELS_3D = 1024
 #: Marks "the value that was given", where a broken rule brings no value of its own.
 AS_GIVEN = object()
 

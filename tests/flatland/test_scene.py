@@ -93,7 +93,7 @@ def test_every_builtin_scene_survives_toml(name):
 
 
 #: Built-in scenes whose surfaces reflect, in colours.
-COLOURED = {"atrium", "cornell-2d", "cornell-3d"}
+COLOURED = {"atrium", "cornell-2d", "cornell-3d", "point-lights-3d"}
 
 
 @pytest.mark.parametrize("name", builtin_names())
