@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from flatland.blocking.exact import clipped_walls
+from flatland.blocking.strips import clipped_walls
 from flatland.grid import Grid
 from flatland.moved_segments import cells_along
 from flatland.sources import Segment
