@@ -1,12 +1,14 @@
 """Facets, directions and symmetries in 3D that several tests share."""
 
 import itertools
+from dataclasses import dataclass
 
 import numpy as np
 import trimesh
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
+from flatland.scene import Scene
 from flatland.sources import Facet
 
 #: All 26 neighbours, and the 6 along the axes.
@@ -98,3 +100,26 @@ def on_surface(points, triangles):
 def centres_of(shape):
     """Centres of all cells (N, 3)."""
     return np.argwhere(np.ones(shape)) + 0.5
+
+
+@dataclass(frozen=True)
+class Walls3d:
+    """An occluder of any facets."""
+
+    polygons: tuple
+    albedo: object = 0.0
+    closed: bool = False
+
+    @property
+    def colours(self):
+        return np.size(self.albedo) if np.ndim(self.albedo) else 0
+
+    def walls(self, colours=0):
+        albedo = np.broadcast_to(self.albedo, max(1, colours)).astype(float)
+        return [Facet(np.array(p, float), albedo, self.closed) for p in self.polygons]
+
+
+def space_scene(*occluders, shape, light):
+    """A scene with facets that no kind of occluder describes."""
+    scene = Scene.from_dict({"grid": {"shape": shape}, "light": [light]})
+    return scene.model_copy(update={"occluders": occluders})

@@ -40,7 +40,7 @@ def border_sides(grid: Grid, walls: Sequence[Wall] = ()) -> list[Side]:
     inward = (
         np.repeat(np.eye(grid.dimension), 2, axis=0) * np.tile([1, -1], grid.dimension)[:, None]
     )
-    shares = exact_transmittance(grid, segments_of(walls), -inward.astype(int)) if walls else None
+    shares = exact_transmittance(grid, walls, -inward.astype(int)) if walls else None
     sides = []
     for number, direction in enumerate(inward):
         axis, upper = number // 2, bool(number % 2)
