@@ -50,10 +50,12 @@ def pieces_in_beam(polygon, count, frame, buffers):  # type: ignore[no-untyped-d
     between, sextant, pieces, first = buffers
     for k in range(3):
         count = clip_to_slab(polygon, count, k, -frame.half[k], frame.half[k], between)
+    first[0] = number = 0
+    if count < 3:
+        return number
     least, most = math.inf, -math.inf
     for i in range(count):
         least, most = min(least, polygon[i, 3]), max(most, polygon[i, 3])
-    first[0] = number = 0
     if frame.slope <= least and most <= frame.length - frame.slope:
         return _keep(polygon, count, pieces, first, number)
     if frame.slope == 0.0:

@@ -53,9 +53,10 @@ class Cuts(NamedTuple):
 
 
 @compiled
-def cut_prisms(places: Places, frame: Frame, shape: tuple[int, int, int]) -> Cuts:
+def cut_prisms(places: Places, frame: Frame, shape: tuple[int, int, int], all_shares: bool) -> Cuts:
     """What every part does to every beam that it meets.
 
+    all_shares: False leaves out, as 0, the share of a beam whose centre ray the part cuts.
     Links are numbered by their source cell in the grid with a ring of cells around it; those are
     listed that lead from or to a cell of the grid. Only cells near a part's plane are looked at.
     """
@@ -75,7 +76,9 @@ def cut_prisms(places: Places, frame: Frame, shape: tuple[int, int, int]) -> Cut
                     if not _is_met(places, part, cell, centre, frame, shape):
                         continue
                     reach = _reach(places, part, centre, frame.length, polygon, buffers)
-                    share = _share(places, part, centre, frame, polygon, buffers)
+                    share = 0.0
+                    if all_shares or reach != CUTS:
+                        share = _share(places, part, centre, frame, polygon, buffers)
                     if share == 0.0 and reach == BESIDE:
                         continue
                     if count == shares.size:

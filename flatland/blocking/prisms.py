@@ -55,7 +55,7 @@ class Prisms:
         """
         frame = beam_frame(tuple(direction.tolist()))
         places = self._places(frame)
-        cuts = cut_prisms(places, frame, self.shape)
+        cuts = cut_prisms(places, frame, self.shape, False)
         order = np.argsort(cuts.links, kind="stable")
         cuts = Cuts(*(column[order] for column in cuts))
         centres = (self._cells(cuts.links) + 0.5) @ frame.axes.T
@@ -65,7 +65,7 @@ class Prisms:
     def covers(self, direction: Cells) -> Covers:
         """What each wall does to each beam along a forward direction."""
         frame = beam_frame(tuple(direction.tolist()))
-        cuts = cut_prisms(self._places(frame), frame, self.shape)
+        cuts = cut_prisms(self._places(frame), frame, self.shape, True)
         walls, normals = self._parts.facets[cuts.parts], self._parts.normals[cuts.parts]
         return Covers(self._cells(cuts.links), cuts.shares, walls, normals)
 
