@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,14 +13,14 @@ from flatland.blocking import (
     exact_transmittance,
     fuzzy_reflection,
     fuzzy_transmittance,
-    surfels_of_segments,
+    surfels_of,
 )
 from flatland.errors import bad_input
 from flatland.injectors.area import AreaLight
 from flatland.injectors.lamp import Lamp
 from flatland.kernels import Reflection
 from flatland.scene import Scene
-from flatland.sources import Segment
+from flatland.sources import Wall
 from flatland.stencil import Stencil
 
 Array = NDArray[np.float64]
@@ -65,23 +65,21 @@ class Walls:
     def occlusion(self, scene: Scene, stencil: Stencil) -> Occlusion:
         """What the scene's occluders, and its area lights if they block, do to a stencil."""
         lights = _blocking_lights(scene) if self.lights_block else []
-        segments = [*scene.segments(), *(wall for _, wall in lights)]
-        if self.blocking == "none" or not segments:
+        walls = [*scene.walls(), *(wall for _, wall in lights)]
+        if self.blocking == "none" or not walls:
             return Occlusion()
-        tau = self._transmittance(scene, stencil, segments)
+        tau = self._transmittance(scene, stencil, walls)
         if tau is not None and lights:
             tau = self._freed(scene, stencil, lights, tau)
         if tau is None:
             return Occlusion()
-        reflections = self._reflections(scene, stencil, segments, tau) if self.bounces else ()
+        reflections = self._reflections(scene, stencil, walls, tau) if self.bounces else ()
         return Occlusion(tau, reflections, self.blocking == "fuzzy")
 
-    def _transmittance(
-        self, scene: Scene, stencil: Stencil, segments: Sequence[Segment]
-    ) -> Array | None:
+    def _transmittance(self, scene: Scene, stencil: Stencil, walls: Sequence[Wall]) -> Array | None:
         if self.blocking == "exact":
-            return exact_transmittance(scene.grid, segments, stencil.offsets)
-        surfels = surfels_of_segments(scene.grid, segments)
+            return exact_transmittance(scene.grid, walls, stencil.offsets)
+        surfels = surfels_of(scene.grid, walls)
         return fuzzy_transmittance(
             scene.grid.shape, surfels, stencil.offsets, stencil.basis, self.strength
         )
@@ -90,12 +88,12 @@ class Walls:
         self,
         scene: Scene,
         stencil: Stencil,
-        lights: Sequence[tuple[AreaLight, Segment]],
+        lights: Sequence[tuple[AreaLight, Wall]],
         tau: Array,
     ) -> Array:
         """τ without a light on the links that lead from the cells it shines in to its front."""
         result = tau.copy()
-        walls = scene.segments()
+        walls = scene.walls()
         for number, (light, _) in enumerate(lights):
             others = [wall for i, (_, wall) in enumerate(lights) if i != number]
             without = self._transmittance(scene, stencil, [*walls, *others])
@@ -106,19 +104,19 @@ class Walls:
         return result
 
     def _reflections(
-        self, scene: Scene, stencil: Stencil, segments: Sequence[Segment], tau: Array
+        self, scene: Scene, stencil: Stencil, walls: Sequence[Wall], tau: Array
     ) -> tuple[Reflection, ...]:
-        albedo = np.array([segment.albedo for segment in segments])
+        albedo = np.array([wall.albedo for wall in walls])
         if not albedo.any():
             return ()
         if np.all(albedo == albedo[:, :1]):
             # Grey walls do the same to every colour.
             albedo = albedo[:, :1]
-            segments = [Segment(s.start, s.stop, a) for s, a in zip(segments, albedo)]
+            walls = [replace(wall, albedo=share) for wall, share in zip(walls, albedo)]
         grid, offsets, basis = scene.grid, stencil.offsets, stencil.basis
         if self.blocking == "exact":
-            return tuple(exact_reflection(grid, segments, offsets, basis, tau))
-        surfels = surfels_of_segments(grid, segments)
+            return tuple(exact_reflection(grid, walls, offsets, basis, tau))
+        surfels = surfels_of(grid, walls)
         return tuple(fuzzy_reflection(surfels, albedo, offsets, basis, tau))
 
 
@@ -136,8 +134,7 @@ def without_first_bounces(scene: Scene) -> Scene:
     return scene.model_copy(update={"lights": tuple(lights)})
 
 
-def _blocking_lights(scene: Scene) -> list[tuple[AreaLight, Segment]]:
-    """Area lights in 2D and the black walls that they are."""
+def _blocking_lights(scene: Scene) -> list[tuple[AreaLight, Wall]]:
+    """Area lights and the black walls that they are."""
     lights = [light for light in scene.lights if isinstance(light, AreaLight)]
-    walls = [(light, light.blocker(scene.colours)) for light in lights]
-    return [(light, wall) for light, wall in walls if isinstance(wall, Segment)]
+    return [(light, light.blocker(scene.colours)) for light in lights]

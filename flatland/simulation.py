@@ -78,7 +78,7 @@ class Simulation:
         self.stencil = propagator.stencil(self.basis)
         propagator.warn_if_unstable(self.stencil)
         layout = Layout(scene.grid.shape, self.basis.size, np.dtype(precision))
-        self._require_room(layout)
+        self._require_room(layout, blocking != "none" and len(scene.walls()) > 0)
         tau = _checked_transmittance(transmittance, self.stencil, scene)
         given = Occlusion(tau)
         self._occlusion = walls.occlusion(scene, self.stencil) if tau is None else given
@@ -99,15 +99,20 @@ class Simulation:
         self._require_range()
         self.reset()
 
-    def _require_room(self, layout: Layout) -> None:
+    def _require_room(self, layout: Layout, blocked: bool) -> None:
         """Refuse a grid whose fields would not fit in memory.
 
-        Three per spectrum, and the pattern of light that it starts from in float64.
+        Three per spectrum, and the pattern of light that it starts from in float64; what walls
+        leave open of each link, in float64 and as the sweep reads it.
         """
         spectra = max(1, self.scene.colours)
         if not self.stencil.clamp:
             spectra = most_spectra(self.scene)
-        needed = spectra * layout.size * (3 * layout.dtype.itemsize + 8)
+        itemsize = layout.dtype.itemsize
+        needed = spectra * layout.size * (3 * itemsize + 8)
+        if blocked:
+            links = len(self.stencil.offsets) * self.scene.grid.cell_count
+            needed += links * (itemsize + 8)
         require_memory(needed, "grid.shape", self.scene.grid.shape)
 
     def _spectra(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from flatland.blocking import exact_transmittance
 from flatland.grid import Grid
-from flatland.sources import Wall, segments_of
+from flatland.sources import Wall
 
 Array = NDArray[np.float64]
 
@@ -39,8 +39,7 @@ def border_sides(grid: Grid, walls: Sequence[Wall] = ()) -> list[Side]:
     inward = (
         np.repeat(np.eye(grid.dimension), 2, axis=0) * np.tile([1, -1], grid.dimension)[:, None]
     )
-    segments = segments_of(walls)
-    shares = exact_transmittance(grid, segments, -inward.astype(int)) if segments else None
+    shares = exact_transmittance(grid, walls, -inward.astype(int)) if walls else None
     sides = []
     for number, direction in enumerate(inward):
         axis, upper = number // 2, bool(number % 2)
