@@ -1,0 +1,1 @@
+"""What the analytic reference answers about one 3D scene."""
