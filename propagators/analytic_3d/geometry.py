@@ -76,7 +76,8 @@ def read_geometry(scene: Scene) -> Geometry:
     grid, colours = scene.grid, max(1, scene.colours)
     sources = scene.sources("lamp")
     lights, facets = _of(sources, PolygonSource), scene.facets()
-    polygons = [snapped(grid.to_cells(item.vertices)) for item in (*lights, *facets)]
+    outlines = [light.vertices for light in lights] + [facet.vertices for facet in facets]
+    polygons = [snapped(grid.to_cells(outline)) for outline in outlines]
     areas = [float(np.linalg.norm(vector_area(polygon))) for polygon in polygons]
     if lights and min(areas[: len(lights)]) == 0:
         broken = lights[int(np.argmin(areas[: len(lights)]))]

@@ -32,7 +32,7 @@ class Panels(NamedTuple):
     groups: Indices
 
     def chosen(self, which: Flags | Indices) -> Panels:
-        return Panels(*(each[which] for each in self))
+        return Panels(self.corners[which], self.normals[which], self.groups[which])
 
     def halved(self) -> Panels:
         """Each panel in four, in order."""
@@ -65,7 +65,9 @@ def split_panels(panels: Panels, planes: Vector) -> Panels:
             quads = quads_of(part)
             corners += quads
             origins += len(quads) * [k]
-    return Panels(np.array(corners).reshape(-1, 4, 3), *(each[origins] for each in panels[1:]))
+    places = np.array(origins, np.int64)
+    cut = np.array(corners).reshape(-1, 4, 3)
+    return Panels(cut, panels.normals[places], panels.groups[places])
 
 
 class PanelLight(NamedTuple):
@@ -217,12 +219,7 @@ def _gather(
             if left == 0:
                 continue
             flow.fill(0.0)
-            for p in range(left):
-                for i in range(sizes[p]):
-                    for axis in range(3):
-                        # Light travels from the emitter to the point.
-                        pieces[p, i, axis] = centres[0, axis] - pieces[p, i, axis]
-                add_polygon(pieces[p], sizes[p], tables, harmonics, flow)
+            add_arriving(centres[0], pieces, sizes, left, tables, harmonics, flow)
             for colour in range(radiance.shape[1]):
                 fine = weight * rule[q, 2] * radiance[e, colour]
                 difference = weight * rule[q, 3] * radiance[e, colour]
@@ -231,6 +228,27 @@ def _gather(
                     sums[1, colour, j] += difference * flow[j]
         centres[0, :3] = corners[0]
     return lit, shadow, crossed
+
+
+@inner
+def add_arriving(
+    point: Vector,
+    pieces: Vector,
+    sizes: Indices,
+    count: int,
+    tables: FlowTables,
+    harmonics: Vector,
+    flow: Vector,
+) -> None:
+    """flow += that of the directions in which light of convex pieces arrives at a point.
+
+    The pieces are used up: they become directions.
+    """
+    for p in range(count):
+        for i in range(sizes[p]):
+            for axis in range(3):
+                pieces[p, i, axis] = point[axis] - pieces[p, i, axis]
+        add_polygon(pieces[p], sizes[p], tables, harmonics, flow)
 
 
 @inner

@@ -112,6 +112,11 @@ def polygons_in(shape: shapely.Geometry) -> list[shapely.Polygon]:
     return [part for part in nested if part.geom_type == "Polygon" and part.area > 0]
 
 
+def polygon_area(vertices: Array) -> float:
+    """Area of a planar polygon (V, 3)."""
+    return float(np.linalg.norm(vector_area(vertices)))
+
+
 def clip_to_box(vertices: Array, shape: Sequence[int]) -> Array:
     """The part (V, 3) of a convex polygon in the grid, perhaps empty."""
     part = vertices
