@@ -10,7 +10,6 @@ from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
-from matplotlib.patheffects import withStroke
 from numpy.typing import NDArray
 
 from studies.figures.slices import extent_of
@@ -26,18 +25,12 @@ _COMPRESSION = 0.06
 _LARGEST = 0.49
 #: Cells darker than this, relative to the brightest, are left empty.
 _DARK = 1e-6
-#: Seen on black, too, and in pictures of dark rooms.
-_HALO = withStroke(linewidth=1.8, foreground="#a0a0a0")
-#: Of lines in a picture.
-_LOOKS: dict[str, dict[str, Any]] = {
-    "lights": {"colors": "#e6b800", "linewidths": 1.8, "capstyle": "butt"},
-    "walls": {
-        "colors": "black",
-        "linewidths": 1.2,
-        "capstyle": "projecting",
-        "path_effects": [_HALO],
-    },
-}
+#: Lines of a picture, one layer over another. Walls have a halo, to be seen in dark rooms.
+_LAYERS: tuple[tuple[str, dict[str, Any]], ...] = (
+    ("walls", {"colors": "#a0a0a0", "linewidths": 1.8, "capstyle": "projecting"}),
+    ("lights", {"colors": "#e6b800", "linewidths": 1.8, "capstyle": "butt"}),
+    ("walls", {"colors": "black", "linewidths": 1.2, "capstyle": "projecting"}),
+)
 
 
 def draw_lobes(axes: Axes, data: xr.Dataset, bands: int) -> None:
@@ -75,7 +68,7 @@ def draw_scene(axes: Axes, data: xr.Dataset, cells: bool = True) -> None:
         columns, rows = (data.sizes[data.attrs[name]] + 1 for name in ("across", "up"))
         axes.vlines(np.linspace(left, right, columns), lower, upper, **box)
         axes.hlines(np.linspace(lower, upper, rows), left, right, **box)
-    for name, look in _LOOKS.items():
+    for name, look in _LAYERS:
         axes.add_collection(LineCollection(list(data[name].values), **look))
     axes.set_xlim(left, right)
     axes.set_ylim(lower, upper)

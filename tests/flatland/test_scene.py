@@ -109,7 +109,8 @@ def area_lights(scene):
 
 
 @pytest.mark.parametrize("name", [name for name in builtin_names() if name.endswith("-3d")])
-def test_a_scene_in_space_lights_its_cells_with_all_of_its_flux(name):
+def test_lights_of_a_scene_in_space_put_all_of_their_flux_into_cells(name):
+    """Their own light: what lamps bounce is not counted."""
     scene = load_scene(name)
     assert scene.grid.dimension == 3
     flux = inject(without_first_bounces(scene), basis_for(3, 2)).total_flux()

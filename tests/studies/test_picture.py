@@ -52,7 +52,7 @@ def test_false_colours_have_a_bar_with_units_and_three_colours_none(colours, bar
     if bars:
         assert "[W]" in figure.axes[1].get_ylabel()
     assert figure.axes[0].get_xlabel() == "x [m]"
-    lamps, walls = (lines.get_segments() for lines in figure.axes[0].collections)
+    _, lamps, walls = (lines.get_segments() for lines in figure.axes[0].collections)
     np.testing.assert_array_equal(lamps, [[[30, 18], [30, 28]]])
     np.testing.assert_array_equal(walls, [[[12, 16], [32, 16]]])
 
@@ -68,7 +68,7 @@ def test_a_slice_shows_where_it_cuts_lights_and_walls():
     scene = load_scene("shelf-3d")
     with figure_style():
         figure = draw_picture(field_of(scene), scene, read_slice("z=4", scene.grid))
-    lamps, walls = (lines.get_segments() for lines in figure.axes[0].collections)
+    _, lamps, walls = (lines.get_segments() for lines in figure.axes[0].collections)
     assert sorted(map(tuple, lamps[0])) == [(15, 9), (15, 14)]
     assert sorted(map(tuple, walls[0])) == [(6, 8), (16, 8)]
     assert figure.axes[0].get_title() == "Light above a shelf in 3D at z = 4.5 m"
