@@ -44,7 +44,9 @@ def volume(shape=(6, 6, 6), lights=(), walls=(), spacing=1.0, origin=(), albedo=
         PointSource(grid.to_world(p.position), *(p.__dict__[k] for k in list(p.__dict__)[1:]))
         for p in more.get("points", ())
     ]
-    sources += [ParallelSource(unit(way), np.atleast_1d(e) + 0.0) for way, e in more.get("beams", ())]
+    sources += [
+        ParallelSource(unit(way), np.atleast_1d(e) + 0.0) for way, e in more.get("beams", ())
+    ]
     channels = max((len(source.spectrum) for source in sources), default=1)
     facets = []
     for wall in walls:
@@ -107,9 +109,7 @@ def cornell(size=16, colours=True):
     shades = [red, green, white, white, white]
     walls = [(vertices, shade) for (vertices, _), shade in zip(walls, shades)]
     for low, high in (((2.3, 0, 8.4), (7.1, 9.6, 13.1)), ((9.2, 0, 2.7), (13.9, 4.8, 7.4))):
-        walls += [
-            (vertices, white) for vertices, _ in box(s * np.array(low), s * np.array(high))
-        ]
+        walls += [(vertices, white) for vertices, _ in box(s * np.array(low), s * np.array(high))]
     light = rectangle((6 * s, 15.9 * s, 6 * s), (4 * s, 0, 0), (0, 0, 4 * s))
     spectrum = np.array([18.0, 13.0, 8.0])
     if not colours:
