@@ -35,6 +35,8 @@ _FIRST, _MOST = 256, 2**18
 _DIRECT = 0.25
 #: Radiosity of single elements may be off by this many tolerances: sums over them are not.
 _LOOSE = 4.0
+#: The estimate scatters: it has to be below the tolerance by this much.
+_MARGIN = 0.8
 #: Cells. Longest piece of a black wall, whose light need not be known in detail.
 _COARSE = 2.0
 #: Shares of the work that are done after direct light, and after the first try of the rest.
@@ -181,7 +183,7 @@ class VolumeAnswer:
             first = self._carry(elements, given, bands, count, 1, (start, middle))
             second = self._carry(elements, given, bands, count, 2, (middle, stop))
             found, error = (first + second) / 2, float(np.linalg.norm(first - second)) / 2
-            wanted = self.tolerance * float(np.linalg.norm(direct + found))
+            wanted = _MARGIN * self.tolerance * float(np.linalg.norm(direct + found))
             if error <= wanted:
                 return found
             count = self._more(count, error, wanted)

@@ -139,6 +139,8 @@ def part_above(polygon: Array, heights: Array) -> Array:
 
 
 def _is_convex(vertices: Array) -> bool:
+    if len(vertices) == 3:
+        return True
     edges = np.roll(vertices, -1, axis=0) - vertices
     turns = np.cross(edges, np.roll(edges, -1, axis=0)) @ vector_area(vertices)
     if np.any(turns < 0):
