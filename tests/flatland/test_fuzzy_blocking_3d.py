@@ -21,7 +21,6 @@ import propagators
 from flatland.blocking import fuzzy_transmittance, surfels_of_facets, surfels_of_segments
 from flatland.grid import Grid
 from flatland.harmonics import basis_for
-from flatland.injectors.base import Deposit
 from flatland.occlusion import Walls
 from flatland.scene import Scene
 from flatland.simulation import Simulation
@@ -249,27 +248,12 @@ def test_the_first_step_is_free_and_the_second_is_not():
 # -- lights that block ----------------------------------------------------------------------------
 
 
-class Lamp3d:
-    """What occlusion asks of a polygonal light that emits towards +z from z = 5."""
-
-    colours = 0
-    normal = np.array([0.0, 0.0, 1.0])
-
-    def blocker(self, colours):
-        square = [(3, 3, 5), (9, 3, 5), (9, 9, 5), (3, 9, 5)]
-        return facets(square, albedo=np.zeros(max(1, colours)))[0]
-
-    def deposit(self, grid, basis):
-        cells = np.array([(x, y, 5) for x in range(3, 9) for y in range(3, 9)]).T
-        return Deposit(cells, np.ones((36, 1)) * basis.lambertian(self.normal) / 36)
-
-
 @pytest.mark.parametrize("blocking", ["exact", "fuzzy"])
 def test_a_light_that_blocks_does_not_stop_its_own_light(blocking):
-    light = {"kind": "wall", "side": "top", "flux": 1.0}
+    square = [(3, 3, 5), (9, 3, 5), (9, 9, 5), (3, 9, 5)]
+    light = {"kind": "area", "vertices": square, "flux": 1.0}
     scene = space_scene(shape=(12, 12, 12), light=light)
-    lamp = Lamp3d()
-    scene = scene.model_copy(update={"lights": (*scene.lights, lamp)})
+    (lamp,) = scene.lights
     stencil = propagators.create("dom26").stencil(basis_for(3, 2))
     found = Walls(blocking, lights_block=True).occlusion(scene, stencil)
     assert Walls(blocking).occlusion(scene, stencil).transmittance is None
