@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flatland.blocking import (
+    Surfels,
     exact_reflection,
     exact_transmittance,
     fuzzy_reflection,
@@ -16,6 +17,7 @@ from flatland.blocking import (
     surfels_of_segments,
 )
 from flatland.errors import bad_input
+from flatland.grid import Grid
 from flatland.injectors.area import AreaLight
 from flatland.injectors.lamp import Lamp
 from flatland.kernels import Reflection
@@ -62,33 +64,41 @@ class Walls:
         if not (np.isfinite(self.strength) and self.strength >= 0):
             raise bad_input("strength", self.strength, "must be finite and at least 0")
 
-    def occlusion(self, scene: Scene, stencil: Stencil) -> Occlusion:
-        """What the scene's occluders, and its area lights if they block, do to a stencil."""
+    def occlusion(
+        self, scene: Scene, stencil: Stencil, grid: Grid | None = None, level: int = 0
+    ) -> Occlusion:
+        """What the scene's occluders, and its area lights if they block, do to a stencil.
+
+        grid: another grid than the scene's own, anywhere. level: of that grid's octree. Exact
+        beams are cut anew by coarse cells; the geometry volume is downsampled.
+        """
         lights = _blocking_lights(scene) if self.lights_block else []
         segments = [*scene.segments(), *(wall for _, wall in lights)]
         if self.blocking == "none" or not segments:
             return Occlusion()
-        tau = self._transmittance(scene, stencil, segments)
+        place = _Place(grid or scene.grid, level)
+        tau = self._transmittance(place, stencil, segments)
         if tau is not None and lights:
-            tau = self._freed(scene, stencil, lights, tau)
+            tau = self._freed(scene, place, stencil, lights, tau)
         if tau is None:
             return Occlusion()
-        reflections = self._reflections(scene, stencil, segments, tau) if self.bounces else ()
+        reflections = self._reflections(place, stencil, segments, tau) if self.bounces else ()
         return Occlusion(tau, reflections, self.blocking == "fuzzy")
 
     def _transmittance(
-        self, scene: Scene, stencil: Stencil, segments: Sequence[Segment]
+        self, place: _Place, stencil: Stencil, segments: Sequence[Segment]
     ) -> Array | None:
         if self.blocking == "exact":
-            return exact_transmittance(scene.grid, segments, stencil.offsets)
-        surfels = surfels_of_segments(scene.grid, segments)
+            return exact_transmittance(place.grid, segments, stencil.offsets)
+        surfels = place.surfels(segments)
         return fuzzy_transmittance(
-            scene.grid.shape, surfels, stencil.offsets, stencil.basis, self.strength
+            place.grid.shape, surfels, stencil.offsets, stencil.basis, self.strength
         )
 
     def _freed(
         self,
         scene: Scene,
+        place: _Place,
         stencil: Stencil,
         lights: Sequence[tuple[AreaLight, Segment]],
         tau: Array,
@@ -98,15 +108,16 @@ class Walls:
         walls = scene.segments()
         for number, (light, _) in enumerate(lights):
             others = [wall for i, (_, wall) in enumerate(lights) if i != number]
-            without = self._transmittance(scene, stencil, [*walls, *others])
-            cells = tuple(light.deposit(scene.grid, stencil.basis).cells)
+            without = self._transmittance(place, stencil, [*walls, *others])
+            lit = light.deposit(scene.grid, stencil.basis).cells
+            cells = tuple(same_places(scene.grid, lit, place.grid))
             for d in np.flatnonzero(stencil.offsets @ light.normal >= 0):
                 open_share = 1.0 if without is None else without[(d, *cells)]
                 result[(d, *cells)] = np.maximum(result[(d, *cells)], open_share)
         return result
 
     def _reflections(
-        self, scene: Scene, stencil: Stencil, segments: Sequence[Segment], tau: Array
+        self, place: _Place, stencil: Stencil, segments: Sequence[Segment], tau: Array
     ) -> tuple[Reflection, ...]:
         albedo = np.array([segment.albedo for segment in segments])
         if not albedo.any():
@@ -115,11 +126,33 @@ class Walls:
             # Grey walls do the same to every colour.
             albedo = albedo[:, :1]
             segments = [Segment(s.start, s.stop, a) for s, a in zip(segments, albedo)]
-        grid, offsets, basis = scene.grid, stencil.offsets, stencil.basis
+        offsets, basis = stencil.offsets, stencil.basis
         if self.blocking == "exact":
-            return tuple(exact_reflection(grid, segments, offsets, basis, tau))
-        surfels = surfels_of_segments(grid, segments)
-        return tuple(fuzzy_reflection(surfels, albedo, offsets, basis, tau))
+            return tuple(exact_reflection(place.grid, segments, offsets, basis, tau))
+        return tuple(fuzzy_reflection(place.surfels(segments), albedo, offsets, basis, tau))
+
+
+class _Place:
+    """Where walls are met: a level of the octree over a grid."""
+
+    def __init__(self, finest: Grid, level: int) -> None:
+        self.finest, self.level, self.grid = finest, level, finest
+        for _ in range(level):
+            self.grid = self.grid.coarsen()
+
+    def surfels(self, segments: Sequence[Segment]) -> Surfels:
+        """The geometry volume: injected into level 0, downsampled to the others."""
+        surfels = surfels_of_segments(self.finest, segments)
+        for _ in range(self.level):
+            surfels = surfels.coarsened()
+        return surfels
+
+
+def same_places(grid: Grid, cells: NDArray[np.int64], other: Grid) -> NDArray[np.int64]:
+    """Cells of another grid in which the centres of cells (dimension, K) lie, each once."""
+    found = np.floor(other.to_cells(grid.to_world(cells.T + 0.5))).astype(np.int64)
+    inside = np.all((found >= 0) & (found < np.array(other.shape)), axis=1)
+    return np.unique(found[inside], axis=0).T
 
 
 def without_first_bounces(scene: Scene) -> Scene:
