@@ -28,7 +28,8 @@ class Level:
     """One grid that a stencil steps, for light of one or several spectra.
 
     scales: per spectrum, the power of two that its numbers are kept in units of. occlusion: what
-    walls do to the links of this grid; see `block`. Starts dark.
+    walls do to the links of this grid; see `block`. skip: cells that light has not reached are not
+    swept, which changes nothing but rounding in the books. Starts dark.
     """
 
     def __init__(
@@ -38,10 +39,11 @@ class Level:
         precision: str,
         scales: Sequence[float],
         occlusion: Occlusion,
+        skip: bool = True,
     ) -> None:
         self.grid, self.stencil = grid, stencil
         self.layout = Layout(grid.shape, stencil.basis.size, np.dtype(precision))
-        self.states = [LightState(self.layout, scale) for scale in scales]
+        self.states = [LightState(self.layout, scale, skip) for scale in scales]
         self.occlusion = occlusion
         self.reset()
 
@@ -92,8 +94,6 @@ class Level:
         self.iteration = 0
         self.dark = True
         self._moved = False
-        #: Cells that had light from the start, (*shape).
-        self.seeds = np.zeros(self.grid.shape, bool)
         #: Whether `solve` was called, whatever came of it.
         self.solved = False
         self.ledgers = [Ledger() for _ in self.states]
@@ -109,7 +109,11 @@ class Level:
         for i, (state, ledger) in enumerate(zip(self.states, self.ledgers)):
             state.start(newest[i], None if passed is None else passed[i], components)
             self._books.open(ledger, float(state.component_sums[0]) * self._unit(state))
-            self.seeds |= (self.layout.view(state.total) != 0).any(axis=0)
+
+    def lit_cells(self) -> NDArray[np.bool_]:
+        """Cells that any light has been in, (*shape), by the light itself."""
+        lit = [(self.layout.view(state.total) != 0).any(axis=0) for state in self.states]
+        return np.asarray(np.any(lit, axis=0))
 
     @property
     def batch(self) -> int:

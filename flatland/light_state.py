@@ -20,10 +20,13 @@ BATCH = 16
 
 
 class LightState:
-    """Three buffers, stepped together; the light is kept near 1 by a power of two, `scale`."""
+    """Three buffers, stepped together; the light is kept near 1 by a power of two, `scale`.
 
-    def __init__(self, layout: Layout, scale: float) -> None:
-        self.layout, self.scale = layout, scale
+    skip: cells along the first axis that light cannot have reached are left alone.
+    """
+
+    def __init__(self, layout: Layout, scale: float, skip: bool = True) -> None:
+        self.layout, self.scale, self.skip = layout, scale, skip
         self.source, self.target, self.total = (layout.allocate() for _ in range(3))
 
     def reset(self) -> None:
@@ -48,6 +51,13 @@ class LightState:
         self.start_norm = norm(self.target)
         self.norm = self.start_norm
         self.component_sums = self.sums_of(self.target, components)
+        self._lit = self._lit_planes() if self.skip else (0, self.layout.shape[0])
+
+    def _lit_planes(self) -> tuple[int, int]:
+        """First and last (excluded) cell along the first axis with newest light."""
+        view = self.layout.view(self.target)
+        lit = np.flatnonzero((view != 0).any(axis=(0, *range(2, view.ndim))))
+        return (int(lit[0]), int(lit[-1]) + 1) if lit.size else (0, 0)
 
     def sums_of(self, buffer: Buffer, components: list[int]) -> NDArray[np.float64]:
         """Sums over cells of some components."""
@@ -60,7 +70,12 @@ class LightState:
 
     def advance(self, count: int, sweep: Sweep) -> StepSums:
         """`count` more steps."""
-        sums = sweep.steps(self.target, self.source, self.total, count)
+        # A step goes one cell far.
+        first, last = self._lit
+        lit = (max(0, first - count), min(self.layout.shape[0], last + count))
+        if first < last:
+            self._lit = lit
+        sums = sweep.steps(self.target, self.source, self.total, count, self._lit)
         if count % 2:
             self.source, self.target = self.target, self.source
         self.component_sums = sums.components[-1]

@@ -55,13 +55,6 @@ def blended(source: Source, index: Index, width: float) -> Values:
     return result.astype(source(0).dtype)
 
 
-def levels_read(index: Index, blend: float | None) -> list[int]:
-    """Levels whose light a merge takes."""
-    if blend is None:
-        return [int(level) for level in np.union1d(index, [0])]
-    return list(range(int(index.max()) + 1))
-
-
 def _weight(mask: NDArray[np.bool_], reach: float) -> NDArray[np.float64]:
     if reach == 0 or mask.all():
         return mask.astype(float)

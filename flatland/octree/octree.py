@@ -12,11 +12,11 @@ from numpy.typing import NDArray
 from flatland.errors import SchemeWarning
 from flatland.level import Level
 from flatland.occlusion import Occlusion, Walls
-from flatland.octree.arrival import Steps, arrival_steps
+from flatland.octree.arrival import NEVER, Arrival, offsets_used
 from flatland.octree.downsampling import halved
 from flatland.octree.falloff import step_factors
 from flatland.octree.index import Index, level_index
-from flatland.octree.merging import Values, blended, levels_read, merged
+from flatland.octree.merging import Values, blended, merged
 from flatland.octree.rules import LevelRules
 from flatland.scene import Scene
 from flatland.solvers import SolveReport
@@ -66,9 +66,10 @@ class Octree:
         stencils = [stencil, *(stencil.scaled(factor) for factor in self.step_factors[1:])]
         blocked = [occlusion] + [Occlusion()] * (rules.count - 1)
         self.levels = [
-            Level(grid, own, precision, scales, walls_there)
+            Level(grid, own, precision, scales, walls_there, rules.skip)
             for grid, own, walls_there in zip(rules.grids(scene.grid), stencils, blocked)
         ]
+        self._used = offsets_used(stencil)
         self.has_geometry = rules.count == 1 or occlusion.transmittance is None
         self.reset()
 
@@ -82,12 +83,14 @@ class Octree:
             level.reset()
         self._goal = _Goal()
         self._downsampled_at = 0
-        self._arrivals: dict[int, Steps] = {}
+        self._seeds: dict[int, NDArray[np.bool_]] = {}
+        self._arrivals: dict[int, Arrival] = {}
 
     def inject(self, patterns: Sequence[NDArray[np.floating]]) -> None:
         """Light (size, *shape) per spectrum into level 0, from a fresh start; others stay dark."""
         self.reset()
         self.levels[0].start(patterns)
+        self._mark(0)
 
     def downsample(self) -> None:
         """Level 0's light as it is now to all other levels.
@@ -102,13 +105,14 @@ class Octree:
         passed = None
         if finest.iteration or finest.solved:
             passed = [view(state.total) - new for state, new in zip(finest.states, newest)]
-        for level, factor in zip(self.levels[1:], self.factors[1:]):
+        for number, level in enumerate(self.levels[1:], 1):
             newest = [halved(values, dimension) for values in newest]
             passed = None if passed is None else [halved(values, dimension) for values in passed]
             if not finest.dark:
-                level.start([level.layout.dtype.type(factor) * new for new in newest], passed)
+                factor = level.layout.dtype.type(self.factors[number])
+                level.start([factor * values for values in newest], passed)
+                self._mark(number)
         self._downsampled_at = self.iteration
-        self._arrivals = {0: self._arrivals[0]} if 0 in self._arrivals else {}
 
     def downsample_geometry(self) -> None:
         """Walls of all levels but the first, see Walls.occlusion; until then nothing blocks there.
@@ -118,8 +122,8 @@ class Octree:
         for number, level in enumerate(self.levels[1:], 1):
             if self.levels[0].occlusion.transmittance is not None:
                 level.block(self.walls.occlusion(self.scene, self.stencil, level=number))
+                self._arrivals.pop(number, None)
         self.has_geometry = True
-        self._arrivals = {0: self._arrivals[0]} if 0 in self._arrivals else {}
 
     # -- propagation ----------------------------------------------------------------------------
 
@@ -136,13 +140,21 @@ class Octree:
     def set_out(self, iterations: int) -> None:
         """Choose the levels that the next `advance`s, so many steps in all, have to move."""
         self._warn_of_geometry()
-        needed = list(range(len(self.levels)))
-        if self.rules.skip and len(self.levels) > 1:
-            goal = _Goal(self.iteration + iterations)
-            needed = levels_read(self._index(goal), None)
+        needed = self._needed(_Goal(self.iteration + iterations))
         self._running = [self.levels[number] for number in needed]
         for number in needed:
             self._catch_up(number)
+
+    def _needed(self, goal: _Goal) -> range:
+        """Levels that a merge at a goal, or later, can read.
+
+        Where a level has light everywhere, nothing coarser is read, then or ever after.
+        """
+        if self.rules.skip and len(self.levels) > 1:
+            for number in range(len(self.levels)):
+                if self._arrival(number).complete(self._own_steps(number, goal)):
+                    return range(number + 1)
+        return range(len(self.levels))
 
     def advance(self, count: int) -> None:
         """`count` steps, at most `batch`, of each level that was chosen."""
@@ -161,10 +173,7 @@ class Octree:
         self._goal = _Goal(0, tolerance, method)
         report = self.levels[0].solve(tolerance, method)
         assert report is not None  # level 0 is dark only before injection
-        needed = list(range(len(self.levels)))
-        if self.rules.skip and len(self.levels) > 1:
-            needed = levels_read(self.index(), None)
-        for number in needed:
+        for number in self._needed(self._goal):
             self._catch_up(number)
         return report
 
@@ -183,6 +192,8 @@ class Octree:
 
     def _own_steps(self, number: int, goal: _Goal) -> int:
         """Steps of a level at a goal: coarse ones count from their downsampling."""
+        if goal.tolerance is not None:
+            return int(NEVER) - 1
         return goal.iteration - (self._downsampled_at if number else 0)
 
     def _warn_of_geometry(self) -> None:
@@ -194,27 +205,28 @@ class Octree:
 
     def index(self) -> Index:
         """The index volume as it is now, (*shape)."""
-        return self._index(self._goal)
+        if len(self.levels) == 1:
+            return np.zeros(self.scene.grid.shape, np.int8)
+        reached = [
+            self._arrival(number).reached(self._own_steps(number, self._goal))
+            for number in range(len(self.levels))
+        ]
+        return level_index(reached, self.rules.index)
 
-    def _index(self, goal: _Goal) -> Index:
-        return level_index(
-            [self._reached(i, goal) for i in range(len(self.levels))], self.rules.index
-        )
+    def _mark(self, number: int) -> None:
+        """Remember where a level has light; only several levels need to know."""
+        self._arrivals.pop(number, None)
+        if len(self.levels) > 1:
+            self._seeds[number] = self.levels[number].lit_cells()
 
-    def _reached(self, number: int, goal: _Goal) -> NDArray[np.bool_]:
-        """Elements of a level that light has got to."""
-        steps = self._arrival(number)
-        if goal.tolerance is not None:
-            return np.asarray(steps < np.iinfo(np.int32).max)
-        return np.asarray(steps <= self._own_steps(number, goal))
-
-    def _arrival(self, number: int) -> Steps:
+    def _arrival(self, number: int) -> Arrival:
         if number not in self._arrivals:
             level = self.levels[number]
-            self._arrivals[number] = arrival_steps(
-                level.seeds,
-                level.stencil,
-                level.occlusion.transmittance,
+            tau = level.occlusion.transmittance
+            self._arrivals[number] = Arrival(
+                self._seeds.get(number, np.zeros(level.grid.shape, bool)),
+                self.stencil.offsets[self._used],
+                None if tau is None else tau[self._used],
                 level.free_first_step,
             )
         return self._arrivals[number]

@@ -31,7 +31,9 @@ class LevelRules:
     falloff: "cells" steps every level with the same stencil, so that what a step loses, it loses
     per cell (the thesis). "metres": see flatland.octree.falloff.
     index: which level a place is read from, see flatland.octree.index.
-    skip: levels that no merge can read are propagated only once somebody looks at them.
+    skip: what no merge can read is not propagated: cells that light has not reached, on any level,
+    and levels that no place is read from, until somebody looks at them. Fields are the same bit
+    for bit.
     """
 
     count: int = 1
