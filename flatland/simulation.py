@@ -75,8 +75,8 @@ class Simulation:
     their own light only, since its first bounce is one of these. lights_block: area lights are
     black walls for light from elsewhere; they do not cut the links by which their own leaves.
 
-    levels: of the octree, 1 for the uniform grid. normalization, level_factors, falloff, index and
-    skip say how levels are filled, stepped and read: see LevelRules.
+    levels: of the octree, 1 for the uniform grid. normalization, level_factors, falloff, index,
+    patience and skip say how levels are filled, stepped and read: see LevelRules.
 
     `target` is the newest light, `source` what it was one step before, `accumulated` the sum of
     all, S_A = Σ_i S_i, all on level 0; `level(i)` gives them on any level and `merge()` one field
@@ -102,11 +102,12 @@ class Simulation:
         level_factors: Sequence[float] | None = None,
         falloff: str = "cells",
         index: str = "finest",
+        patience: float = 1.0,
         skip: bool = True,
     ) -> None:
         if precision not in PRECISIONS:
             raise bad_input("precision", precision, "is unknown", PRECISIONS)
-        rules = LevelRules(levels, normalization, level_factors, falloff, index, skip)
+        rules = LevelRules(levels, normalization, level_factors, falloff, index, patience, skip)
         grids = rules.grids(scene.grid)
         walls = Walls(blocking, strength, bounces, lights_block)
         self.scene, self.propagator, self.precision = scene, propagator, precision
@@ -263,7 +264,10 @@ class Simulation:
 
     @property
     def index(self) -> NDArray[np.int8]:
-        """The level that each cell of level 0 is read from in a merge, (*shape)."""
+        """The level that each cell of level 0 is read from in a merge, (*shape).
+
+        One for all colours: a place that light of any colour has reached counts as lit.
+        """
         return self.octree.index()
 
     @property

@@ -152,7 +152,7 @@ class Octree:
         """
         if self.rules.skip and len(self.levels) > 1:
             for number in range(len(self.levels)):
-                if self._arrival(number).complete(self._own_steps(number, goal)):
+                if self._arrival(number).complete(self._patient_steps(number, goal)):
                     return range(number + 1)
         return range(len(self.levels))
 
@@ -192,9 +192,13 @@ class Octree:
 
     def _own_steps(self, number: int, goal: _Goal) -> int:
         """Steps of a level at a goal: coarse ones count from their downsampling."""
+        return goal.iteration - (self._downsampled_at if number else 0)
+
+    def _patient_steps(self, number: int, goal: _Goal) -> int:
+        """Steps after which light must have come to a place for the level to be read there."""
         if goal.tolerance is not None:
             return int(NEVER) - 1
-        return goal.iteration - (self._downsampled_at if number else 0)
+        return int(self._own_steps(number, goal) / self.rules.patience)
 
     def _warn_of_geometry(self) -> None:
         if not self.has_geometry and any(not level.dark for level in self.levels[1:]):
@@ -208,7 +212,7 @@ class Octree:
         if len(self.levels) == 1:
             return np.zeros(self.scene.grid.shape, np.int8)
         reached = [
-            self._arrival(number).reached(self._own_steps(number, self._goal))
+            self._arrival(number).reached(self._patient_steps(number, self._goal))
             for number in range(len(self.levels))
         ]
         return level_index(reached, self.rules.index)

@@ -30,7 +30,9 @@ class LevelRules:
     factors: these factors per level instead, the first of them 1.
     falloff: "cells" steps every level with the same stencil, so that what a step loses, it loses
     per cell (the thesis). "metres": see flatland.octree.falloff.
-    index: which level a place is read from, see flatland.octree.index.
+    index: which level a place is read from, see flatland.octree.index. patience: a level counts as
+    lit where as many steps have been done as its first light took, times this. 1 reads it at once
+    (the thesis), although most of its light is still to come; a few wait for more of it.
     skip: what no merge can read is not propagated: cells that light has not reached, on any level,
     and levels that no place is read from, until somebody looks at them. Fields are the same bit
     for bit.
@@ -41,6 +43,7 @@ class LevelRules:
     factors: Sequence[float] | None = None
     falloff: str = "cells"
     index: str = "finest"
+    patience: float = 1.0
     skip: bool = True
 
     def __post_init__(self) -> None:
@@ -51,6 +54,8 @@ class LevelRules:
         ):
             if getattr(self, name) not in choices:
                 raise bad_input(name, getattr(self, name), "is unknown", choices)
+        if not (np.isfinite(self.patience) and self.patience >= 1):
+            raise bad_input("patience", self.patience, "must be finite and at least 1")
 
     def grids(self, grid: Grid) -> tuple[Grid, ...]:
         """All levels' grids. Raises InputError for a count that this grid cannot have."""

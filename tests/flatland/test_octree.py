@@ -220,11 +220,14 @@ class TestActions:
 class TestSkipping:
     """Levels that no merge can read are left behind, and nobody can tell."""
 
-    @pytest.mark.parametrize("index", ["finest", "symmetric"])
+    @pytest.mark.parametrize(
+        ("index", "patience"), [("finest", 1), ("finest", 2), ("symmetric", 1)]
+    )
     @pytest.mark.parametrize("pieces", [[9], [1] * 9, [0, 4, 5]], ids=str)
-    def test_full_and_skipping_run_agree_bit_for_bit(self, pieces, index):
+    def test_full_and_skipping_run_agree_bit_for_bit(self, pieces, index, patience):
         scene = walled(shape=(16, 16))
-        runs = [Simulation(scene, LPV, levels=5, index=index, skip=skip) for skip in (True, False)]
+        rules = {"levels": 5, "index": index, "patience": patience}
+        runs = [Simulation(scene, LPV, **rules, skip=skip) for skip in (True, False)]
         for simulation in runs:
             for piece in pieces:
                 simulation.run(piece)
@@ -295,6 +298,8 @@ class TestColours:
         ({"normalization": "sum"}, "normalization = 'sum': is unknown; accepted: flux, mean"),
         ({"index": "coarsest"}, "index = 'coarsest': is unknown; accepted: finest, symmetric"),
         ({"falloff": "miles"}, "falloff = 'miles': is unknown; accepted: cells, metres"),
+        ({"patience": 0.5}, "patience = 0.5: must be finite and at least 1"),
+        ({"patience": np.nan}, "patience = nan: must be finite and at least 1"),
         ({"level_factors": [1, 2]}, "must be 3 positive numbers, one per level, the first"),
         ({"level_factors": [2, 2, 2]}, "level_factors = [2, 2, 2]: must be 3 positive numbers"),
         ({"level_factors": [1, 0, 2]}, "level_factors = [1, 0, 2]: must be 3 positive numbers"),

@@ -141,8 +141,23 @@ class TestBound:
         assert simulation.index[3, 3] > 0
 
 
-def test_index_never_grows(rng):
-    simulation = _filled(_lit((16, 16), (2, 9), (12, 1)), LPV, bands=1)
+@pytest.mark.parametrize("patience", [1.0, 2.5, 6.0])
+def test_patience_reads_a_level_later(patience):
+    """After k steps the index is what it was after k / patience of them."""
+    scene = _lit((16, 16), (2, 9), (12, 1))
+    patient, hasty = (_filled(scene, LPV, bands=1, patience=p) for p in (patience, 1.0))
+    for steps in range(20):
+        hasty.reset()
+        hasty.start()
+        hasty.run(int(steps / patience))
+        np.testing.assert_array_equal(patient.index, hasty.index)
+        patient.step()
+
+
+@pytest.mark.parametrize("patience", [1.0, 3.0])
+def test_index_never_grows(patience):
+    scene = _lit((16, 16), (2, 9), (12, 1))
+    simulation = _filled(scene, LPV, bands=1, patience=patience)
     previous = simulation.index
     for _ in range(20):
         simulation.step()
