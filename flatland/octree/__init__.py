@@ -1,6 +1,6 @@
 """Several grids over one scene, each with cells twice as large as the one before (numerics §7)."""
 
-from flatland.octree.downsampling import halved
+from flatland.octree.downsampling import halved, spread
 from flatland.octree.grids import level_grids, most_levels
 from flatland.octree.index import INDEX_STRATEGIES, level_index
 from flatland.octree.merging import blended, merged
@@ -18,4 +18,5 @@ __all__ = [
     "level_index",
     "merged",
     "most_levels",
+    "spread",
 ]

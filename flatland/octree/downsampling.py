@@ -27,9 +27,9 @@ def halved(values: NDArray[np.floating], dimension: int) -> NDArray[Any]:
     return values
 
 
-def doubled(values: NDArray[Any], shape: tuple[int, ...]) -> NDArray[Any]:
-    """Every cell repeated in its children, (..., *coarse) as (..., *shape)."""
+def spread(values: NDArray[Any], level: int, shape: tuple[int, ...]) -> NDArray[Any]:
+    """A level's cells repeated in all their cells of level 0, (..., *coarse) as (..., *shape)."""
     for axis in range(-len(shape), 0):
-        values = np.repeat(values, 2, axis)
+        values = np.repeat(values, 2**level, axis)
     inside: Any = (..., *map(slice, shape))
     return values[inside]

@@ -30,7 +30,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import distance_transform_cdt
 
-from flatland.octree.downsampling import doubled
+from flatland.octree.downsampling import spread
 
 Index = NDArray[np.int8]
 Mask = NDArray[np.bool_]
@@ -51,7 +51,7 @@ def _finest(reached: Sequence[Mask]) -> Index:
     index = np.full(reached[-1].shape, last, np.int8)
     for level in range(last - 1, -1, -1):
         mask = reached[level]
-        index = np.where(mask, np.int8(level), doubled(index, mask.shape))
+        index = np.where(mask, np.int8(level), spread(index, 1, mask.shape))
     return index
 
 
@@ -60,10 +60,8 @@ def _symmetric(reached: Sequence[Mask]) -> Index:
     shape = reached[0].shape
     index = np.full(shape, last, np.int8)
     for level, mask in enumerate(reached):
-        for i in range(level - 1, -1, -1):
-            mask = doubled(mask, reached[i].shape)
         if mask.any():
-            distance = distance_transform_cdt(~mask, metric="chessboard")
+            distance = distance_transform_cdt(~spread(mask, level, shape), metric="chessboard")
             rings = np.ceil(np.log2(1 + distance / 2**level)).astype(np.int8)
             np.minimum(index, level + rings, out=index)
     return index

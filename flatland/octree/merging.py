@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import distance_transform_edt
 
 from flatland.errors import bad_input
+from flatland.octree.downsampling import spread
 from flatland.octree.index import Index
 from flatland.octree.sampling import sampled
 
@@ -20,14 +21,11 @@ Source = Callable[[int], Values]
 
 def merged(source: Source, index: Index) -> Values:
     """M(x) = O_{I(x)}(x) (the octree thesis 4.2), (size, *index.shape)."""
-    finest = source(0)
-    result = np.array(finest)
+    result = np.array(source(0))
     for level in np.unique(index):
         if level > 0:
-            cells = np.nonzero(index == level)
-            places: Any = (..., *cells)
-            elements: Any = (..., *(axis >> int(level) for axis in cells))
-            result[places] = source(int(level))[elements]
+            light = spread(source(int(level)), int(level), index.shape)
+            np.copyto(result, light, where=index == level)
     return result
 
 

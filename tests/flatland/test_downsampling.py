@@ -6,7 +6,7 @@ import pytest
 from flatland.errors import InputError
 from flatland.grid import Grid
 from flatland.octree import halved, level_grids, most_levels
-from flatland.octree.downsampling import doubled
+from flatland.octree.downsampling import spread
 
 SHAPES = [(8, 8), (6, 4), (7, 5), (1, 9), (1, 1), (4, 6, 8), (5, 3, 2), (1, 1, 7)]
 
@@ -44,9 +44,9 @@ def test_a_constant_stays_that_constant_in_whole_cells(shape, dtype):
 
 
 @pytest.mark.parametrize("shape", SHAPES, ids=str)
-def test_doubling_is_the_right_inverse(shape, rng):
+def test_spreading_repeats_every_cell_in_its_children(shape, rng):
     coarse = rng.normal(size=tuple(-(-n // 2) for n in shape))
-    fine = doubled(coarse, shape)
+    fine = spread(coarse, 1, shape)
     assert fine.shape == shape
     for cell in np.ndindex(shape):
         assert fine[cell] == coarse[tuple(i // 2 for i in cell)]

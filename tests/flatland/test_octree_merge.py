@@ -5,7 +5,7 @@ import pytest
 from scenes import LPV, quiet, scene_of
 
 from flatland.octree import blended, merged
-from flatland.octree.downsampling import doubled
+from flatland.octree.downsampling import spread
 from flatland.octree.sampling import sampled
 
 SHAPE = (16, 12)
@@ -20,7 +20,7 @@ def levels(rng):
 def _index(rng):
     """Levels in blobs, all of them present."""
     coarse = rng.integers(0, 5, size=(8, 6)).astype(np.int8)
-    index = doubled(coarse, SHAPE)
+    index = spread(coarse, 1, SHAPE)
     index[0, :5] = range(5)
     return index
 
