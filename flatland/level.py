@@ -21,6 +21,7 @@ from flatland.stencil import Stencil
 
 Values = NDArray[np.floating]
 
+PRECISIONS = ("float64", "float32")
 _CLAMPED = "a clamped step is not linear: the converged field is that of the scheme without clamp"
 
 

@@ -17,7 +17,7 @@ from flatland.blocking import (
     surfels_of_segments,
 )
 from flatland.errors import bad_input
-from flatland.grid import Grid
+from flatland.grid import Grid, cells_on
 from flatland.injectors.area import AreaLight
 from flatland.injectors.lamp import Lamp
 from flatland.kernels import Reflection
@@ -150,9 +150,8 @@ class _Place:
 
 def same_places(grid: Grid, cells: NDArray[np.int64], other: Grid) -> NDArray[np.int64]:
     """Cells of another grid in which the centres of cells (dimension, K) lie, each once."""
-    found = np.floor(other.to_cells(grid.to_world(cells.T + 0.5))).astype(np.int64)
-    inside = np.all((found >= 0) & (found < np.array(other.shape)), axis=1)
-    return np.unique(found[inside], axis=0).T
+    places, inside = cells_on(grid, cells, other)
+    return np.unique(places[:, inside], axis=1)
 
 
 def without_first_bounces(scene: Scene) -> Scene:

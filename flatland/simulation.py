@@ -16,6 +16,7 @@ from flatland.harmonics import AngularBasis, basis_for
 from flatland.injection import independent_spectra, inject, most_spectra
 from flatland.kernels import Layout
 from flatland.ledger import Ledger
+from flatland.level import PRECISIONS
 from flatland.light_state import LightState, light_scale
 from flatland.memory import require_memory
 from flatland.occlusion import Occlusion, Walls, without_first_bounces
@@ -23,8 +24,6 @@ from flatland.octree import LevelRules, Octree
 from flatland.scene import Scene
 from flatland.solvers import SolveReport
 from flatland.stencil import Stencil
-
-PRECISIONS = ("float64", "float32")
 
 
 class Scheme(Protocol):
