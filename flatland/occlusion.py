@@ -132,6 +132,22 @@ class Walls:
         return tuple(fuzzy_reflection(place.surfels(segments), albedo, offsets, basis, tau))
 
 
+def given_occlusion(
+    values: NDArray[np.floating], stencil: Stencil, grids: Sequence[Grid]
+) -> Occlusion:
+    """Transmittances (K, *shape) that a caller made. Raises InputError for others."""
+    if len(grids) > 1:
+        rule = "cannot be given for more than one level"
+        raise bad_input("transmittance", np.shape(values), rule)
+    expected = (len(stencil.offsets), *grids[0].shape)
+    array = np.asarray(values, float)
+    if array.shape != expected:
+        raise bad_input("transmittance", array.shape, f"must be of shape {expected}")
+    if not np.all((array >= 0) & (array <= 1)):
+        raise bad_input("transmittance", values, "must lie between 0 and 1")
+    return Occlusion(array)
+
+
 class _Place:
     """Where walls are met: a level of the octree over a grid."""
 

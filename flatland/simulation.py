@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from numbers import Integral
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,54 +11,19 @@ from numpy.typing import NDArray
 from flatland.errors import bad_input
 from flatland.field import Field
 from flatland.grid import Grid
-from flatland.harmonics import AngularBasis, basis_for
+from flatland.harmonics import basis_for
 from flatland.injection import independent_spectra, inject, most_spectra
 from flatland.kernels import Layout
 from flatland.ledger import Ledger
 from flatland.level import PRECISIONS
+from flatland.level_view import LevelView
 from flatland.light_state import LightState, light_scale
 from flatland.memory import require_memory
-from flatland.occlusion import Occlusion, Walls, without_first_bounces
+from flatland.occlusion import Walls, given_occlusion, without_first_bounces
 from flatland.octree import LevelRules, Octree
 from flatland.scene import Scene
 from flatland.solvers import SolveReport
-from flatland.stencil import Stencil
-
-
-class Scheme(Protocol):
-    """What a simulation needs of a propagator."""
-
-    def stencil(self, basis: AngularBasis) -> Stencil: ...
-
-    def warn_if_unstable(self, stencil: Stencil) -> None: ...
-
-
-class LevelView:
-    """What can be looked at on one level of a simulation, in units of level 0's cells."""
-
-    def __init__(self, simulation: Simulation, number: int) -> None:
-        self._simulation, self._number = simulation, number
-
-    @property
-    def grid(self) -> Grid:
-        return self._simulation.octree.levels[self._number].grid
-
-    @property
-    def source(self) -> Field:
-        return self._simulation._level_field(self._number, "source")
-
-    @property
-    def target(self) -> Field:
-        return self._simulation._level_field(self._number, "target")
-
-    @property
-    def accumulated(self) -> Field:
-        return self._simulation._level_field(self._number, "accumulated")
-
-    @property
-    def ledger(self) -> Ledger:
-        """Where the flux of this level went, () or (colours,)."""
-        return self._simulation._level_ledger(self._number)
+from flatland.stencil import Scheme
 
 
 class Simulation:
@@ -114,10 +78,10 @@ class Simulation:
         self.stencil = propagator.stencil(self.basis)
         propagator.warn_if_unstable(self.stencil)
         self._require_room(grids)
-        tau = _checked_transmittance(transmittance, self.stencil, scene)
-        if tau is not None and levels > 1:
-            raise bad_input("transmittance", tau.shape, "cannot be given for more than one level")
-        self._occlusion = walls.occlusion(scene, self.stencil) if tau is None else Occlusion(tau)
+        if transmittance is None:
+            self._occlusion = walls.occlusion(scene, self.stencil)
+        else:
+            self._occlusion = given_occlusion(transmittance, self.stencil, grids)
         self._patterns, self._mixing = self._spectra()
         scales = [light_scale(pattern) for pattern in self._patterns]
         self._require_range(scales)
@@ -316,17 +280,3 @@ class Simulation:
 
 #: Names of fields and of the buffers that hold them.
 _BUFFERS = {"source": "source", "target": "target", "accumulated": "total"}
-
-
-def _checked_transmittance(
-    values: NDArray[np.floating] | None, stencil: Stencil, scene: Scene
-) -> NDArray[np.float64] | None:
-    if values is None:
-        return None
-    expected = (len(stencil.offsets), *scene.grid.shape)
-    array = np.asarray(values, float)
-    if array.shape != expected:
-        raise bad_input("transmittance", array.shape, f"must be of shape {expected}")
-    if not np.all((array >= 0) & (array <= 1)):
-        raise bad_input("transmittance", values, "must lie between 0 and 1")
-    return array

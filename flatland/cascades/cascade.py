@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from numbers import Integral
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -13,7 +12,7 @@ from flatland.cascades.grids import cascade_grids
 from flatland.cascades.lookup import looked_up
 from flatland.errors import bad_input
 from flatland.field import Field
-from flatland.harmonics import AngularBasis, basis_for
+from flatland.harmonics import basis_for
 from flatland.injection import spectra_on
 from flatland.kernels import Layout
 from flatland.ledger import Ledger
@@ -23,19 +22,11 @@ from flatland.memory import require_memory
 from flatland.occlusion import Walls, without_first_bounces
 from flatland.scene import Scene
 from flatland.solvers import SolveReport
-from flatland.stencil import Stencil
+from flatland.stencil import Scheme
 
 Array = NDArray[np.float64]
 #: Cells over which a grid fades into the next coarser one.
 FADE = 2.0
-
-
-class Scheme(Protocol):
-    """What a cascade needs of a propagator."""
-
-    def stencil(self, basis: AngularBasis) -> Stencil: ...
-
-    def warn_if_unstable(self, stencil: Stencil) -> None: ...
 
 
 class Cascade:
