@@ -132,7 +132,8 @@ def error_history(
     merged field's coefficients; `printed_absolute` … `corrected_relative` of ThesisErrors.
     """
     if uniform is None:
-        alone = Simulation(scene, propagator, bands, **options)
+        own = {name: value for name, value in options.items() if name != "level_factors"}
+        alone = Simulation(scene, propagator, bands, **own)
         alone.solve()
         uniform = alone.accumulated
     simulation = Simulation(scene, propagator, bands, levels, skip=False, **options)
