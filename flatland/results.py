@@ -5,13 +5,14 @@ from __future__ import annotations
 import json
 import os
 import tempfile
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import xarray as xr
+from numpy.typing import NDArray
 
 from flatland.errors import ResultFileError
 from flatland.field import Field
@@ -38,10 +39,13 @@ def _version(distribution: str) -> str:
         return "unknown"
 
 
-def field_data(field: Field, name: str = "accumulated") -> xr.DataArray:
-    """A field with named axes: [colour,] coefficient, x, y[, z]; cells by their centres [m]."""
+def field_data(field: Field, name: str = "accumulated", suffix: str = "") -> xr.DataArray:
+    """A field with named axes: [colour,] coefficient, x, y[, z]; cells by their centres [m].
+
+    suffix: after the names of the axes, for a grid beside another one.
+    """
     grid = field.grid
-    axes = _AXES[: grid.dimension]
+    axes = tuple(axis + suffix for axis in _AXES[: grid.dimension])
     centres = {
         axis: grid.origin[i] + (np.arange(grid.shape[i]) + 0.5) * grid.spacing
         for i, axis in enumerate(axes)
@@ -56,13 +60,24 @@ def field_data(field: Field, name: str = "accumulated") -> xr.DataArray:
 
 
 def result_dataset(
-    scene: Scene, fields: Mapping[str, Field], method: Mapping[str, Any]
+    scene: Scene,
+    fields: Mapping[str, Field],
+    method: Mapping[str, Any],
+    levels: Sequence[Field] = (),
+    index: NDArray[np.integer] | None = None,
 ) -> xr.Dataset:
     """Fields of one scene with all that is needed to compute them again.
 
-    method: what was done, as plain values; stored as JSON beside the scene's TOML text.
+    method: what was done, as plain values; stored as JSON beside the scene's TOML text. levels:
+    fields of an octree, stored as `level_0`, `level_1`, … on axes `x`, `x_1`, …. index: the level
+    that each cell was read from, (*shape).
     """
     data = xr.Dataset({name: field_data(field, name) for name, field in fields.items()})
+    for number, field in enumerate(levels):
+        name = f"level_{number}"
+        data[name] = field_data(field, name, f"_{number}" if number else "")
+    if index is not None:
+        data["index"] = (_AXES[: index.ndim], index, {"meaning": "level that a cell is read from"})
     data.attrs = {
         "title": scene.title,
         "scene": scene_to_toml(scene),

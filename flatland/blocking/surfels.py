@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -33,6 +34,31 @@ class Surfels:
     normals: Array
     closed: NDArray[np.bool_]
     walls: Cells
+
+    def coarsened(self) -> Surfels:
+        """The same surfels at the corners of cells twice as large: a downsampled geometry volume.
+
+        A node of an odd number lies between two coarse ones and gives half to each, along every
+        axis. Area is conserved; measured by the larger side of the cell, it is 2^{1−D} of what it
+        was. (A mean over children, the rule for light, would halve what a surface blocks.)
+        What it gets wrong: where in its cell a surfel was is forgotten once more on every level.
+        """
+        dimension = self.nodes.shape[1]
+        parts = []
+        for upper in itertools.product((0, 1), repeat=dimension):
+            # An even node has one coarse node: the upper half of it is a second copy, left out.
+            share = np.where(self.nodes % 2 == 1, 0.5, 1.0 - np.array(upper)).prod(axis=1)
+            used = share > 0
+            nodes = (self.nodes + np.array(upper)) // 2
+            parts.append((nodes[used], (share * self.areas)[used], np.flatnonzero(used)))
+        nodes, areas, number = (np.concatenate(column) for column in zip(*parts))
+        return Surfels(
+            nodes,
+            areas * 2.0 ** (1 - dimension),
+            self.normals[number],
+            self.closed[number],
+            self.walls[number],
+        )
 
 
 def surfels_of(grid: Grid, walls: Sequence[Wall]) -> Surfels:

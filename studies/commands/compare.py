@@ -10,6 +10,8 @@ import click
 
 from studies.commands.options import (
     check_stopping,
+    level_options,
+    level_values,
     method_options,
     plain_numbers,
     whole_numbers,
@@ -47,6 +49,7 @@ _COLUMNS = (
 )
 @click.option("--bands", default="2,4,8", show_default=True, help="Angular bands, a list.")
 @method_options
+@level_options
 @click.option(
     "-o", "--output", type=click.Path(path_type=Path), help="Picture to write (PNG, PDF or SVG)."
 )
@@ -66,11 +69,13 @@ def command(
     output: Path | None,
     layer: str | None,
     as_json: bool,
+    **octree: Any,
 ) -> None:
     """Compare methods on SCENE with the exact answer: a table and, with -o, a picture.
 
     Compares converged fields unless --iterations says otherwise.
     """
+    from flatland.errors import bad_input
     from flatland.scene import load_scene
     from propagators import create
     from studies.comparison import compare
@@ -78,6 +83,10 @@ def command(
     from studies.running import Method
 
     check_stopping(iterations, converge)
+    rules = level_values(octree)
+    if rules["levels"] > 1 and iterations is None:
+        rule = "needs --iterations: of converged levels, a merge reads none but level 0"
+        raise bad_input("--levels", rules["levels"], rule)
     if iterations is None and converge is None:
         converge = _CONVERGED
     _check_ending(output)
@@ -88,7 +97,7 @@ def command(
     counts = whole_numbers(bands, "--bands")
     walls = (blocking, strength, not no_bounces, lights_block)
     methods = [
-        Method(scheme, count, iterations, converge, precision, *walls)
+        Method(scheme, count, iterations, converge, precision, *walls, **rules)
         for count in counts
         for scheme in schemes
     ]

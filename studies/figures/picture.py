@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from flatland.field import Field
 from flatland.scene import Scene
+from studies.figures.level_borders import draw_level_borders
 from studies.figures.lobes import draw_scene
 from studies.figures.slices import Slice, cut, extent_of, plane_data
 from studies.style import COLUMN
@@ -22,16 +23,22 @@ _RANGE = 1e-4
 _KEY = 0.18
 
 
-def draw_picture(field: Field, scene: Scene, layer: Slice | None = None) -> Figure:
+def draw_picture(
+    field: Field,
+    scene: Scene,
+    layer: Slice | None = None,
+    index: NDArray[np.integer] | None = None,
+) -> Figure:
     """Scalar flux of every cell, a column wide, lengths in metres.
 
     Three colours are shown as red, green and blue, see `tone_mapped`; one, or any other number
     added up, on a logarithmic scale over four decades, where darker and negative cells count as
     darkest. Outlines of lights and walls are drawn; in 3D, where the plane through the middles of
-    the layer's cells cuts them. layer: as `read_slice` makes it.
+    the layer's cells cuts them. layer: as `read_slice` makes it. index: the level of an octree that
+    each cell was read from; lines are drawn where levels meet.
     """
     flux = cut(field.scalar_flux(), layer)
-    data = plane_data(scene, layer)
+    data = plane_data(scene, layer, field.grid)
     left, right, lower, upper = extent_of(data)
     colour = field.coloured and len(flux) == 3
     width = COLUMN - (0.45 if colour else 0.95)
@@ -40,6 +47,8 @@ def draw_picture(field: Field, scene: Scene, layer: Slice | None = None) -> Figu
     figure = Figure(figsize=(COLUMN, height), layout="constrained")
     axes = figure.subplots()
     _show(figure, axes, flux, (left, right, lower, upper))
+    if index is not None:
+        draw_level_borders(axes, cut(index, layer), (left, right, lower, upper))
     draw_scene(axes, data, cells=False)
     axes.set_title(" at ".join(part for part in (scene.title, data.attrs["place"]) if part))
     return figure

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -66,17 +66,17 @@ def in_space(directions: Array, layer: Slice | None) -> Array:
     return directions if layer is None else np.insert(directions, layer.axis, 0.0, axis=1)
 
 
-def cut(values: Array, layer: Slice | None) -> Array:
+def cut(values: NDArray[Any], layer: Slice | None) -> NDArray[Any]:
     """Arrays (..., *shape) of cells, in 3D the layer alone."""
     return values if layer is None else np.take(values, layer.cell, axis=layer.axis - 3)
 
 
-def plane_data(scene: Scene, layer: Slice | None) -> xr.Dataset:
+def plane_data(scene: Scene, layer: Slice | None, grid: Grid | None = None) -> xr.Dataset:
     """What pictures of a scene have in common: the middles of cells [m] along two named axes, and
     `lights` and `walls` (line, end, coordinate) [m] as lines, in 3D where the plane through the
-    middles of the layer's cells cuts them.
+    middles of the layer's cells cuts them. grid: of the cells, if it is not the scene's.
     """
-    grid, shown = scene.grid, shown_axes(layer)
+    grid, shown = grid or scene.grid, shown_axes(layer)
     coords = {
         AXES[axis]: grid.origin[axis] + (np.arange(grid.shape[axis]) + 0.5) * grid.spacing
         for axis in shown

@@ -143,8 +143,9 @@ def test_symmetric_scene_keeps_its_symmetry(propagator, dimension):
     [
         ({"precision": "float16"}, "precision = 'float16': is unknown; accepted: float64, float32"),
         ({"precision": "double"}, "precision = 'double': is unknown; accepted: float64, float32"),
-        ({"levels": 2}, "levels = 2: must be 1"),
-        ({"levels": 0}, "levels = 0: must be 1"),
+        ({"levels": 5}, "levels = 5: must be a whole number, 1 to 4: 8 x 7 cells become one cell"),
+        ({"levels": 0}, "levels = 0: must be a whole number, 1 to 4"),
+        ({"levels": True}, "levels = True: must be a whole number, 1 to 4"),
         ({"bands": 0}, "bands = 0: must be a whole number, at least 1"),
         ({"bands": 2.5}, "bands = 2.5: must be a whole number, at least 1"),
         ({"blocking": "maybe"}, "blocking = 'maybe': is unknown; accepted: "),
