@@ -1,0 +1,5 @@
+"""`python -m gui`."""
+
+from gui.application import main
+
+main()

@@ -1,0 +1,84 @@
+"""What every view has to draw: layers made once per field, and the scale they share."""
+
+from __future__ import annotations
+
+from collections import OrderedDict
+from typing import Any
+
+from flatland.field import Field
+from gui.models.display import VIEWS
+from gui.models.session import Session
+from gui.render.colours import Palette, mixed
+from gui.render.picture import Layer, Scale, layer_of
+from gui.render.scaling import fitted_top
+from studies.style import line_of
+
+#: Layers that are kept; each is a float32 copy of a cut.
+_KEPT = 16
+
+
+class Stage:
+    """Layers and scales of a session's views, for a palette."""
+
+    def __init__(self, session: Session, palette: Palette) -> None:
+        self.session, self.palette = session, palette
+        self._layers: OrderedDict[tuple[Any, ...], tuple[Field, Layer]] = OrderedDict()
+
+    def layers(self, view: str, ratio: float = 1.0) -> list[Layer]:
+        """What to draw in a view, the run itself first; lines `ratio` times as wide."""
+        session, field = self.session, self.session.field(view)
+        if field is None:
+            return []
+        scheme = "analytic" if view == "reference" else session.choice.propagator
+        colour = self.colour_of(scheme)
+        overlaid = self._overlaid(view)
+        if not overlaid:
+            return [self._layer(field, colour, coloured=True)]
+        layers = [self._layer(field, colour, opacity=0.35)]
+        if session.exact is not None:
+            layers.insert(0, self._layer(session.exact, self.palette.exact))
+        for run in session.overlays():
+            layers.append(self._layer(run.field, self.colour_of(run.scheme), width=1.3 * ratio))
+        return [*layers, self._layer(field, colour, width=1.6 * ratio)]
+
+    def _overlaid(self, view: str) -> bool:
+        """Whether other fields share the cells of a view."""
+        if view != "accumulated" or not self.session.display.look.overlay:
+            return False
+        return self.session.exact is not None or bool(self.session.overlays())
+
+    def main(self, view: str) -> Layer | None:
+        """The layer of the run alone."""
+        field = self.session.field(view)
+        return None if field is None else self._layer(field, self.palette.ink)
+
+    def scale(self, view: str) -> Scale:
+        """How sizes are shown in a view."""
+        look = self.session.display.look
+        return Scale(self.top(view), look.scale, look.decades, look.spread == "per cell")
+
+    def top(self, view: str) -> float:
+        """The intensity of a full lobe: set by hand, or the largest of what is on show."""
+        look = self.session.display.look
+        if look.top is not None and look.spread != "per view":
+            return look.top
+        views = [view] if look.spread == "per view" else [*look.views, "accumulated"]
+        mains = [self.main(each) for each in dict.fromkeys(views) if each in VIEWS]
+        return max((fitted_top(each.peaks) for each in mains if each is not None), default=1.0)
+
+    def colour_of(self, scheme: str) -> str:
+        """A scheme's colour in the project's figures, light enough for a dark ground."""
+        colour = line_of(scheme).colour
+        dark = int(self.palette.paper[1:3], 16) < 128
+        return mixed(colour, "#ffffff", 0.3) if dark else colour
+
+    def _layer(self, field: Field, colour: str, **arguments: Any) -> Layer:
+        look, plane = self.session.display.look, self.session.plane
+        key = (id(field), plane, look.channel, colour, tuple(arguments.items()))
+        if key not in self._layers:
+            layer = layer_of(field, plane, colour, look.channel, **arguments)
+            self._layers[key] = field, layer
+            while len(self._layers) > _KEPT:
+                self._layers.popitem(last=False)
+        self._layers.move_to_end(key)
+        return self._layers[key][1]
