@@ -49,6 +49,8 @@ def command(
 
     With --screenshot the window is drawn into a file and closed; no display is needed.
     """
+    from flatland.errors import FlatlandError
+
     width, height = _size(size)
     if screenshot is not None:
         _check_picture(screenshot)
@@ -56,7 +58,11 @@ def command(
     _check_display()
     application = make_application()
     window = make_window(scene, screenshot is not None, theme)
-    _choose(window, propagator, options, bands, views)
+    try:
+        _choose(window, propagator, options, bands, views)
+    except FlatlandError:
+        window.shut_down()
+        raise
     window.resize(width, height)
     window.show()
     window.session.inject()
@@ -181,11 +187,13 @@ def _take_picture(application: QApplication, window: Window, path: Path) -> int:
     failures: list[str] = []
     window.session.failed.connect(lambda title, text, details: failures.append(text))
     settle(application, window)
-    if not failures:
-        content = png_bytes(window.grab().toImage())
-        write_atomically(path, lambda place: place.write_bytes(content))
-        click.echo(f"wrote {path}", err=True)
-    window.shut_down()
+    try:
+        if not failures:
+            content = png_bytes(window.grab().toImage())
+            write_atomically(path, lambda place: place.write_bytes(content))
+            click.echo(f"wrote {path}", err=True)
+    finally:
+        window.shut_down()
     for text in failures:
         click.echo(f"flatland-gui: error: {text}", err=True)
     return FAILED if failures else 0

@@ -11,6 +11,7 @@ from gui.commands.file import FileCommands
 from gui.commands.help import HelpCommands
 from gui.commands.run import RunCommands
 from gui.commands.view import ViewCommands
+from gui.icons import icon
 
 
 class Controller(FileCommands, EditCommands, RunCommands, ViewCommands, HelpCommands):
@@ -32,6 +33,7 @@ class Controller(FileCommands, EditCommands, RunCommands, ViewCommands, HelpComm
         running = session.busy in ("run", "solve", "step")
         actions["run"].setChecked(running)
         actions["run"].setText("Pause" if running else "Run")
+        actions["run"].setIcon(icon("pause" if running else "run"))
         for name, verb, text, able in (
             ("undo", "Undo", stack.undoText(), stack.canUndo()),
             ("redo", "Redo", stack.redoText(), stack.canRedo()),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -199,7 +200,7 @@ def save_animation(window: Window, path: Path) -> Path:
     wanted = sorted({round(i) for i in np.linspace(0, last, min(last + 1, _FRAMES))})
     images: list[Image.Image] = []
     try:
-        session.display.look = _fixed(look, top)
+        session.display.look = replace(look, top=top)
         engine.perform(Job("inject", session.scene, session.choice), watch)
         for iteration in wanted:
             count = iteration - (watch.frame.iteration if watch.frame else 0)
@@ -219,12 +220,6 @@ def save_animation(window: Window, path: Path) -> Path:
             place, format="GIF", save_all=True, append_images=images[1:], duration=_SHOWN, loop=0
         ),
     )
-
-
-def _fixed(look: object, top: float) -> object:
-    from dataclasses import replace
-
-    return replace(look, top=top)  # type: ignore[type-var]
 
 
 def save_curves(tracks: Sequence[Track], path: Path) -> Path:

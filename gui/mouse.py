@@ -102,8 +102,8 @@ class Mouse:
     def release(self, canvas: Canvas, event: QMouseEvent) -> None:
         if not self._doing:
             return
-        doing, self._doing = self._doing, ""
         self._path.append(self._place(canvas, event))
+        doing, self._doing = self._doing, ""
         try:
             getattr(self, f"_end_{doing}")(canvas, event)
         except InputError as error:

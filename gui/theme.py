@@ -35,8 +35,8 @@ def _light() -> QPalette:
 
 def _dark() -> QPalette:
     return _palette(
-        window="#1d2126", base="#14171b", other="#22272d", text="#e9ecef", button="#2a3037",
-        accent="#4a9dff", faint="#7d8791", tip="#2f343b",
+        window="#2b3036", base="#1a1d21", other="#23282d", text="#e9ecef", button="#3d444c",
+        accent="#3f8fe8", faint="#89929b", tip="#1a1d21",
     )  # fmt: skip
 
 

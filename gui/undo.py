@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from PySide6.QtCore import QObject
 from PySide6.QtGui import QUndoCommand, QUndoStack
 
 from gui.models.choice import Choice
@@ -46,7 +47,6 @@ class EditCommand(QUndoCommand):
 
     def _go_to(self, state: State) -> None:
         session = self.session
-        session.selection.set(())
         session.document.set_text(state.text)
         session.choose(state.choice)
         session.selection.set(state.selected)
@@ -55,9 +55,9 @@ class EditCommand(QUndoCommand):
 class Editor:
     """The one door for edits: checks them first, so that a bad one changes nothing."""
 
-    def __init__(self, session: Session) -> None:
+    def __init__(self, session: Session, parent: QObject | None = None) -> None:
         self.session = session
-        self.stack = QUndoStack()
+        self.stack = QUndoStack(parent)
 
     @property
     def state(self) -> State:

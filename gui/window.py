@@ -36,6 +36,7 @@ from PySide6.QtWidgets import (
 from gui.actions import COMMANDS, MENUS, Command
 from gui.autosave import AutoSave
 from gui.controllers import Controller
+from gui.icons import icon
 from gui.models.camera import Camera
 from gui.models.engine import Engine
 from gui.models.exact import ExactSolver
@@ -59,7 +60,7 @@ from gui.widgets.view_painter import ViewPainter
 from gui.worker import Worker
 
 #: Grows when docks are added, so that an old layout is not restored.
-LAYOUT_VERSION = 2
+LAYOUT_VERSION = 3
 #: Keys that controls with the focus keep for themselves.
 _CONTROL_KEYS = {
     Qt.Key.Key_Space,
@@ -93,9 +94,10 @@ class Window(QMainWindow):
         state_folder: Path | None = None,
     ) -> None:
         super().__init__()
+        self._shut = False
         self.settings = settings or Settings.in_memory()
         self.session = session or Session(look=self.settings.look)
-        self.camera, self.editor = Camera(), Editor(self.session)
+        self.camera, self.editor = Camera(), Editor(self.session, self)
         application = QApplication.instance()
         assert isinstance(application, QApplication)
         self.stage = Stage(self.session, apply_theme(application, self.settings.theme))
@@ -130,6 +132,9 @@ class Window(QMainWindow):
             tip = command.tip or command.text
             action.setToolTip(f"{tip} ({keys})" if keys else tip)
             action.setStatusTip(tip)
+            if command.name in ("run", "step", "back", "first", "last"):
+                action.setIcon(icon(command.name))
+                action.setIconVisibleInMenu(False)
             action.triggered.connect(self._call(command))
             self.addAction(action)
             name = f"{command.name}:{command.argument}" if command.argument else command.name
@@ -226,11 +231,15 @@ class Window(QMainWindow):
             self.addDockWidget(area, dock)
             self.docks[title] = dock
         self.tabifyDockWidget(self.docks["Energy and errors"], self.docks["Kept runs"])
-        self.docks["Energy and errors"].raise_()
+        self.tabifyDockWidget(self.docks["Method"], self.docks["Scene"])
+        for name in ("Energy and errors", "Method"):
+            self.docks[name].raise_()
         menu = self.menus["View"].addMenu("Docks")
         for dock in self.docks.values():
             menu.addAction(dock.toggleViewAction())
+        sides = [self.docks["Method"], self.docks["Cell"]]
         self.resize(1360, 860)
+        self.resizeDocks(sides, [290, 270], Qt.Orientation.Horizontal)
 
     def _bind(self) -> None:
         session = self.session
@@ -243,7 +252,7 @@ class Window(QMainWindow):
         session.runs_changed.connect(self._show_frame)
         session.tool_changed.connect(self.refresh_actions)
         session.busy_changed.connect(self.refresh_actions)
-        session.selection.changed.connect(self.refresh_actions)
+        session.selection.changed.connect(self._show_selection)
         session.failed.connect(self.controller.tell_failure)
         self.editor.stack.indexChanged.connect(self.refresh_actions)
         self.views.maximize_requested.connect(self.controller.one_view)
@@ -271,6 +280,13 @@ class Window(QMainWindow):
         self._refresh_titles()
         self.refresh_actions()
 
+    def _show_selection(self) -> None:
+        """The keys of what was picked come to the front, where they stand behind the method."""
+        dock = self.docks["Scene"]
+        if self.session.selection.items and dock in self.tabifiedDockWidgets(self.docks["Method"]):
+            dock.raise_()
+        self.refresh_actions()
+
     def _refresh_titles(self) -> None:
         frame = self.session.frame
         for view in self.session.display.look.views:
@@ -289,7 +305,7 @@ class Window(QMainWindow):
 
     def _restore_layout(self) -> None:
         for key, restore in (("geometry", self.restoreGeometry), ("layout", self._restore_docks)):
-            stored = self.settings.bytes(key)
+            stored = self.settings.stored_bytes(key)
             if stored:
                 restore(QByteArray(stored))
 
@@ -307,8 +323,8 @@ class Window(QMainWindow):
         if not self.controller.may_close():
             event.ignore()
             return
-        self.settings.set_bytes("geometry", bytes(self.saveGeometry().data()))
-        self.settings.set_bytes("layout", bytes(self.saveState(LAYOUT_VERSION).data()))
+        self.settings.store_bytes("geometry", bytes(self.saveGeometry().data()))
+        self.settings.store_bytes("layout", bytes(self.saveState(LAYOUT_VERSION).data()))
         self.settings.keep_look(self.session.display.look)
         self.settings.save()
         self.shut_down()
@@ -316,6 +332,11 @@ class Window(QMainWindow):
 
     def shut_down(self) -> None:
         """Stop threads and timers; the window may be dropped afterwards."""
+        if self._shut:
+            return
+        self._shut = True
+        # On its way out the stack still tells that it became empty.
+        self.editor.stack.blockSignals(True)
         self.controller.closed()
         self.worker.close()
         self.reference_worker.close()

@@ -64,7 +64,8 @@ class FileCommands(Commands):
         menu = self.window.recent_menu
         menu.clear()
         for name in self.window.settings.recent:
-            menu.addAction(name, lambda name=name: self.open_scene(self._named(name)))
+            action = menu.addAction(name)
+            action.triggered.connect(lambda _=False, name=name: self.open_scene(self._named(name)))
         if menu.isEmpty():
             menu.addAction("None yet").setEnabled(False)
 

@@ -6,13 +6,19 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from flatland.grid import Grid
 from gui.models.fields import FieldSpec, specs_of_kind
 from gui.models.plane import Plane
 from gui.models.shapes import Place, Table, anchor_of, transformed
-from gui.models.toml_text import insert_tables, remove_tables, tables_of, update_table
+from gui.models.toml_text import (
+    insert_tables,
+    remove_tables,
+    tables_of,
+    update_table,
+    update_tables,
+)
 
 Array = NDArray[np.float64]
 
@@ -40,7 +46,7 @@ def change(text: str, place: Place, changes: Mapping[str, Any]) -> str:
     return update_table(text, place, changes)
 
 
-def move(text: str, places: Iterable[Place], shift: Sequence[float], grid: Grid) -> str:
+def move(text: str, places: Iterable[Place], shift: ArrayLike, grid: Grid) -> str:
     """Items moved by a vector (dimension,) [m]."""
     return transform(
         text, places, np.eye(grid.dimension), np.zeros(grid.dimension), grid, np.array(shift, float)
@@ -57,12 +63,13 @@ def transform(
 ) -> str:
     """Items after x -> matrix (x - about) + about + shift, in world coordinates."""
     moved = np.zeros(grid.dimension) if shift is None else shift
-    for place in places:
-        table = _at(text, place)
-        if table is not None:
-            keys = transformed(place[0], table, matrix, about, moved, grid)
-            text = update_table(text, place, keys)
-    return text
+    tables = tables_of(text)
+    changes: dict[tuple[str | int, ...], Table] = {
+        place: transformed(place[0], tables[place[0]][place[1]], matrix, about, moved, grid)
+        for place in places
+        if place[1] < len(tables.get(place[0], []))
+    }
+    return update_tables(text, changes)
 
 
 def turn_matrix(quarters: int, plane: Plane, dimension: int) -> Array:
@@ -83,10 +90,11 @@ def mirror_matrix(across: int, plane: Plane, dimension: int) -> Array:
 
 def middle_of(text: str, places: Iterable[Place], grid: Grid, plane: Plane) -> Array:
     """The middle of items, in world coordinates, on half cells, so that turns keep to the grid."""
+    tables = tables_of(text)
     anchors = [
-        anchor_of(place[0], table, grid, plane)
-        for place in places
-        if (table := _at(text, place)) is not None
+        anchor_of(name, table, grid, plane)
+        for name, index in places
+        for table in tables.get(name, [])[index : index + 1]
     ]
     if not anchors:
         return (np.array(grid.origin) + np.array(grid.upper)) / 2
@@ -100,11 +108,10 @@ def middle_of(text: str, places: Iterable[Place], grid: Grid, plane: Plane) -> A
 
 def copied(text: str, places: Iterable[Place]) -> dict[str, list[Table]]:
     """Items as tables, as `paste` takes them."""
+    known = tables_of(text)
     tables: dict[str, list[Table]] = {}
-    for place in sorted(places):
-        table = _at(text, place)
-        if table is not None:
-            tables.setdefault(place[0], []).append(table)
+    for name, index in sorted(places):
+        tables.setdefault(name, []).extend(known.get(name, [])[index : index + 1])
     return tables
 
 
@@ -162,8 +169,3 @@ def _first_value(spec: FieldSpec, grid: Grid, plane: Plane, used: int) -> Any:
     if spec.kind == "choice":
         return spec.choices[0]
     return values.get(spec.kind, 1.0)
-
-
-def _at(text: str, place: Place) -> Table | None:
-    entries = tables_of(text).get(place[0], [])
-    return entries[place[1]] if place[1] < len(entries) else None

@@ -76,8 +76,8 @@ def specs_of_kind(table: str, kind: str) -> list[FieldSpec]:
 def _spec(key: str, field: FieldInfo) -> FieldSpec:
     required = field.is_required()
     default = None if required else field.get_default(call_default_factory=True)
-    check = next((m.func for m in field.metadata if isinstance(m, PlainValidator)), None)
-    kind, choices = _KINDS.get(check, "toml") if check else "toml", ()  # type: ignore[arg-type]
+    check: Any = next((m.func for m in field.metadata if isinstance(m, PlainValidator)), None)
+    kind, choices = _KINDS.get(check, "toml") if check else "toml", ()
     annotation: Any = field.annotation
     if get_origin(annotation) is Literal:
         kind, choices = "choice", get_args(annotation)

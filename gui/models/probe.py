@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,10 +36,11 @@ class Probe:
 def probe(field: Field, cell: tuple[int, ...], plane: Plane, channel: int | None = None) -> Probe:
     """What a field holds in a cell; the channel's light alone if one is given."""
     basis, dimension = field.basis, field.grid.dimension
-    index = (..., *cell)
-    values = np.asarray(grey(field, channel)[index], float)
-    flux = np.atleast_1d(np.asarray(field.values[index], float)[..., 0]) * basis.flux_weight
-    angles = np.arange(DIRECTIONS) * (2 * np.pi / DIRECTIONS)
+    index: Any = (..., *cell)
+    values: Array = np.asarray(grey(field, channel)[index], np.float64)
+    flux: Array = np.atleast_1d(np.asarray(field.values[index], np.float64)[..., 0])
+    flux = flux * basis.flux_weight
+    angles = np.arange(DIRECTIONS, dtype=float) * (2 * np.pi / DIRECTIONS)
     curve = basis.evaluate(plane.directions(angles, dimension)) @ values
     everywhere = curve
     directions, weights = basis.quadrature(max(2 * basis.bands, 32))

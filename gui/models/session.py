@@ -156,8 +156,7 @@ class Session:
             self.references_changed.emit()
         self.framed.emit()
         self.tracked.emit()
-        if self.choice.steps:
-            self.submit("inject")
+        self.submit("inject" if self.choice.steps else "solve")
         if self.exact is not None:
             self._send_exact()
         elif self.wants_reference:

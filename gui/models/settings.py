@@ -85,7 +85,7 @@ class Settings:
         others = [each for each in self.recent if each != text]
         self.values["recent"] = [text, *others][:MOST_RECENT]
 
-    def bytes(self, name: str) -> bytes:
+    def stored_bytes(self, name: str) -> bytes:
         """Stored bytes; none if there are none or they make no sense."""
         stored = self.values.get(name)
         try:
@@ -93,5 +93,5 @@ class Settings:
         except ValueError:
             return b""
 
-    def set_bytes(self, name: str, value: bytes) -> None:
+    def store_bytes(self, name: str, value: bytes) -> None:
         self.values[name] = base64.b64encode(value).decode("ascii")

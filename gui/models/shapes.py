@@ -104,7 +104,9 @@ def handles_of(name: str, table: Mapping[str, Any], grid: Grid, plane: Plane) ->
                 handles.append(Handle(spec.key, spec.kind, at, part))
         elif spec.kind == "length" and "center" in table:
             centre = plane.project(np.array(table["center"], float))
-            handles.append(Handle(spec.key, spec.kind, _pair(centre + [float(value), 0.0])))
+            handles.append(
+                Handle(spec.key, spec.kind, _pair(centre + np.array([float(value), 0.0])))
+            )
         elif spec.kind == "direction":
             vector = plane.project(np.array(value, float))
             size = float(np.hypot(*vector)) or 1.0
@@ -137,7 +139,7 @@ def drag_handle(
     size = float(np.hypot(*vector))
     if size == 0:
         return {}
-    return {handle.key: _placed([0.0] * len(value), vector / size, plane)}
+    return {handle.key: _placed([0.0] * len(value), (vector / size).tolist(), plane)}
 
 
 def transformed(

@@ -29,18 +29,26 @@ def tables_of(text: str) -> Tables:
 
 def update_table(text: str, path: tuple[str | int, ...], changes: Mapping[str, Any]) -> str:
     """Set or remove keys of the table at a path such as ("grid",) or ("light", 0)."""
+    return update_tables(text, {path: changes})
+
+
+def update_tables(text: str, edits: Mapping[tuple[str | int, ...], Mapping[str, Any]]) -> str:
+    """Set or remove keys of several tables, by their paths."""
     wanted = tables_of(text)
-    table = _at(wanted, path)
-    changes = {key: value for key, value in changes.items() if _differs(table, key, value)}
-    if not changes:
+    real: dict[tuple[str | int, ...], dict[str, Any]] = {}
+    for path, changes in edits.items():
+        table = _at(wanted, path)
+        real[path] = {key: value for key, value in changes.items() if _differs(table, key, value)}
+        _set(table, real[path])
+    if not any(real.values()):
         return text
-    _set(table, changes)
 
     def gently() -> str:
         document = tomlkit.parse(text)
-        place = _at(document, path)
-        for key, value in changes.items():
-            _write(place, key, value)
+        for path, changes in real.items():
+            place = _at(document, path)
+            for key, value in changes.items():
+                _write(place, key, value)
         return tomlkit.dumps(document)
 
     return _checked(gently, wanted)

@@ -62,7 +62,7 @@ def pack(colour: str) -> int:
 def mixed(one: str, other: str, share: float) -> str:
     """A colour between two; share 0 is the first."""
     a, b = (np.array([int(c[i : i + 2], 16) for i in (1, 3, 5)]) for c in (one, other))
-    return "#" + "".join(f"{int(round(x)):02x}" for x in a + (b - a) * share)
+    return "#" + "".join(f"{round(float(x)):02x}" for x in a + (b - a) * share)
 
 
 @cache
@@ -76,7 +76,8 @@ def heat_map() -> Packed:
 def pack_rgb(rgb: Array) -> Packed:
     """Colours (..., 3) from 0 to 1 as (...)."""
     bytes_ = np.rint(np.clip(rgb, 0, 1) * 255).astype(np.uint32)
-    return np.uint32(0xFF000000) | bytes_[..., 0] << 16 | bytes_[..., 1] << 8 | bytes_[..., 2]
+    packed = 0xFF000000 | bytes_[..., 0] << 16 | bytes_[..., 1] << 8 | bytes_[..., 2]
+    return np.asarray(packed, np.uint32)
 
 
 def light_colours(flux: Array) -> Packed:

@@ -25,7 +25,7 @@ def paint_lobes(  # type: ignore[no-untyped-def]
     A pixel is covered by (r - d) / |∇(r - d)| + 1/2: the distance of its middle from the edge. The
     gradient is taken between neighbouring pixels, so that narrow spikes are smooth too.
     """
-    nx, ny, size = cells.shape
+    nx, ny = factors.shape
     pixels = distances.shape[0]
     signed = np.empty((pixels, pixels), np.float32)
     edge = np.empty((pixels + 2, pixels + 2), np.float32)
@@ -47,10 +47,8 @@ def paint_lobes(  # type: ignore[no-untyped-def]
                     if middle * abs(middle) < -steep * (_ONE + width) * (_ONE + width):
                         continue
                     place = middle / np.sqrt(steep)
-                    if width == _ZERO:
-                        cover = place + _HALF
-                    else:
-                        cover = _HALF * width + _HALF - abs(place)
+                    line = _HALF * width + _HALF - abs(place)
+                    cover = place + _HALF if width == _ZERO else line
                     if cover <= _ZERO:
                         continue
                     cover = min(cover, _ONE) * opacity

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from flatland.field import Field
 from flatland.harmonics import AngularBasis
 from gui.models.plane import Plane, grey
-from gui.render.colours import Packed, Palette, heat_map, light_colours, mixed, pack
+from gui.render.colours import Packed, Palette, heat_map, light_colours, pack
 from gui.render.kernel import fill_cells, paint_lobes
 from gui.render.scaling import radius_factors, shown_sizes
 from gui.render.tables import peaks, pixel_table
@@ -130,6 +130,7 @@ def heat_colours(
 
 def _faded(colours: Packed, palette: Palette) -> Packed:
     """The map as a ground for lobes: halfway to the paper."""
-    paper = np.uint32(pack(mixed(palette.paper, palette.paper, 0.0)))
-    half = np.uint32(0x7F7F7F)
-    return np.uint32(0xFF000000) | ((colours >> 1 & half) + (paper >> 1 & half))
+    halves = [
+        np.asarray(each, np.uint32) >> 1 & 0x7F7F7F for each in (colours, pack(palette.paper))
+    ]
+    return np.asarray(0xFF000000 | halves[0] + halves[1], np.uint32)

@@ -40,7 +40,7 @@ def pixel_table(basis: AngularBasis, axes: tuple[int, int], pixels: int) -> Pixe
 def circle_table(basis: AngularBasis, axes: tuple[int, int], count: int = 0) -> Floats:
     """The basis at evenly spread directions of the plane from angle 0, (count, size)."""
     number = count or max(_LEAST, _PER_BAND * basis.bands)
-    angles = np.arange(number) * (2 * np.pi / number)
+    angles = np.arange(number, dtype=float) * (2 * np.pi / number)
     return _evaluate(basis, axes, angles).astype(np.float32)
 
 

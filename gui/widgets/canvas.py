@@ -99,7 +99,7 @@ class Canvas(QWidget):
             if frame.plane.normal is not None and cell[frame.plane.normal] != frame.plane.layer:
                 continue
             low = frame.plane.project(np.array(cell, float))
-            corners = frame.cell_pixels(np.array([low + [0, 1], low + [1, 0]]))
+            corners = frame.cell_pixels(low + np.array([(0.0, 1.0), (1.0, 0.0)]))
             painter.setPen(pen(palette.selected, width))
             painter.drawRect(QRectF(QPointF(*corners[0]), QPointF(*corners[1])))
 

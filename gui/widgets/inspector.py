@@ -101,4 +101,5 @@ class Inspector(QWidget):
         for label in self.labels.values():
             label.setText("–")
         self.labels["Cell"].setText(hint)
+        self.plot.hint = hint
         self.plot.show_curves([], "")

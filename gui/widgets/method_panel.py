@@ -38,11 +38,12 @@ class MethodPanel(QScrollArea):
         self.setWidgetResizable(True)
         self.setFrameShape(QFrame.Shape.NoFrame)
         self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
-        inner = QWidget()
+        self.inner = inner = QWidget()
         column = QVBoxLayout(inner)
         column.setContentsMargins(6, 4, 6, 4)
         self.setWidget(inner)
         self.propagator = QComboBox()
+        _may_shrink(self.propagator)
         self.propagator.activated.connect(self._pick)
         self.summary = QLabel()
         self.summary.setWordWrap(True)
@@ -63,8 +64,8 @@ class MethodPanel(QScrollArea):
         self.strength.setSingleStep(0.1)
         self.strength.setKeyboardTracking(False)
         self.strength.valueChanged.connect(lambda value: self._change("strength", value))
-        self.bounces = self._check("bounces", "walls send light back")
-        self.lights_block = self._check("lights_block", "area lights stop light")
+        self.bounces = self._check("bounces", "off walls")
+        self.lights_block = self._check("lights_block", "area lights do")
         form = _form()
         form.addRow("Propagator", self.propagator)
         form.addRow(self.summary)
@@ -94,10 +95,13 @@ class MethodPanel(QScrollArea):
         self.blocking.setToolTip(
             "What occluders do: cut beams exactly, through a geometry volume (fuzzy), or nothing"
         )
+        self.bounces.setToolTip("Walls send light back by their albedo")
+        self.lights_block.setToolTip("Area lights stop light from elsewhere, like black walls")
         self.strength.setToolTip("Factor on fuzzy blocking")
 
     def _words(self, name: str, words: tuple[str, ...]) -> QComboBox:
         box = QComboBox()
+        _may_shrink(box)
         box.addItems(list(words))
         box.activated.connect(lambda index: self._change(name, words[index]))
         return box
@@ -147,6 +151,7 @@ class MethodPanel(QScrollArea):
                 label.setToolTip(option.meaning)
                 self.options_form.addRow(label, control)
                 self.controls[option.name] = control
+            self.setMinimumWidth(self.inner.minimumSizeHint().width() + 18)
         for option in found.options:
             self.controls[option.name].show_value(choice.options.get(option.name, option.default))
 
@@ -183,3 +188,9 @@ def _form() -> QFormLayout:
     form.setRowWrapPolicy(QFormLayout.RowWrapPolicy.DontWrapRows)
     form.setVerticalSpacing(4)
     return form
+
+
+def _may_shrink(box: QComboBox) -> None:
+    """Narrower than its longest entry."""
+    box.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon)
+    box.setMinimumContentsLength(6)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from PySide6.QtCore import QPointF, Qt
+from PySide6.QtCore import QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QPainter, QPaintEvent, QPen, QPolygonF
 from PySide6.QtWidgets import QSizePolicy, QWidget
 
@@ -29,7 +29,7 @@ class PolarPlot(QWidget):
     def __init__(self) -> None:
         super().__init__()
         self.curves: list[Curve] = []
-        self.unit = "W/rad"
+        self.unit, self.hint = "W/rad", ""
         self.negative = "#8a2be2"
         self.setMinimumSize(150, 150)
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
@@ -44,7 +44,7 @@ class PolarPlot(QWidget):
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         draw_polar(
             painter, self.width(), self.height(), self.curves, self.unit, self.negative,
-            self.palette().base().color(), self.palette().text().color(),
+            self.palette().base().color(), self.palette().text().color(), self.hint,
         )  # fmt: skip
         painter.end()
 
@@ -58,17 +58,23 @@ def draw_polar(
     negative: str,
     paper: QColor,
     ink: QColor,
+    hint: str = "",
 ) -> None:
-    """The plot on any painter."""
+    """The plot on any painter. hint: shown if there is no light."""
     painter.fillRect(0, 0, int(width), int(height), paper)
     middle = np.array([width / 2, height / 2 - 4])
     radius = max(min(width, height) / 2 - 18, 10)
     top = max((float(np.abs(c.values).max(initial=0)) for c in curves), default=0.0)
     faint = QColor(ink)
     faint.setAlphaF(0.25)
-    _rings(painter, middle, radius, top, unit, faint, ink)
     if top <= 0:
+        painter.setPen(faint)
+        painter.drawEllipse(QPointF(*middle), radius, radius)
+        painter.setPen(ink)
+        box = QRectF(0, 0, width, height)
+        painter.drawText(box, Qt.AlignmentFlag.AlignCenter, hint or "no light here")
         return
+    _rings(painter, middle, radius, top, unit, faint, ink)
     for curve in curves:
         for sign, colour in ((1, curve.colour), (-1, negative)):
             points = _points(np.maximum(sign * curve.values, 0) / top * radius, middle)
@@ -98,7 +104,7 @@ def _rings(
     painter.setBrush(Qt.BrushStyle.NoBrush)
     painter.setPen(QPen(faint, 1))
     for k in range(1, 8):
-        if top <= 0 or k * step > top * 1.001:
+        if k * step > top * 1.001:
             break
         size = k * step / top * radius
         painter.drawEllipse(QPointF(*middle), size, size)
@@ -106,8 +112,7 @@ def _rings(
         end = middle + radius * np.array([np.cos(angle), -np.sin(angle)])
         painter.drawLine(QPointF(*middle), QPointF(*end))
     painter.setPen(ink)
-    text = f"ring {step:.3g} {unit}" if top > 0 else "no light"
-    painter.drawText(4, int(middle[1] + radius + 17), text)
+    painter.drawText(4, int(middle[1] + radius + 17), f"ring {step:.3g} {unit}")
 
 
 def _points(radii: Array, middle: Array) -> QPolygonF | None:

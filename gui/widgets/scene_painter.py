@@ -116,7 +116,9 @@ def paint_item(
         points = polygon(frame.pixels(line))
         if outline.closed:
             if name == "occluder":
-                painter.setBrush(QBrush(QColor(colour), Qt.BrushStyle.BDiagPattern))
+                inside = QColor(colour)
+                inside.setAlphaF(0.22)
+                painter.setBrush(QBrush(inside))
             if table.get("kind") == "point":
                 painter.drawEllipse(points.boundingRect())
             else:
@@ -185,7 +187,7 @@ def arrow(
 def _paint_injected(painter: QPainter, layer: SceneLayer, frame: Frame2D, palette: Palette) -> None:
     """A dot in every cell that got light, and where its light goes on the whole."""
     plane, dimension = frame.plane, frame.grid.dimension
-    cut = plane.cut(layer.injected(), dimension)
+    cut = np.asarray(plane.cut(layer.injected(), dimension), np.float64)
     right, up = frame.window
     flux, net = cut[0][right, up], plane.project(np.moveaxis(cut[1:][:, right, up], 0, -1))
     size = 0.12 * frame.zoom / frame.ratio

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QComboBox, QHBoxLayout, QLabel, QSlider, QWidget
+from PySide6.QtWidgets import QComboBox, QHBoxLayout, QLabel, QSizePolicy, QSlider, QWidget
 
 from gui.models.session import Session
 from gui.widgets.blocking import quiet
@@ -40,7 +40,9 @@ class SliceBar(QWidget):
         self.channel.currentIndexChanged.connect(
             lambda index: session.display.set(channel=index - 1 if index > 0 else None)
         )
+        self.channel.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)
         row.addWidget(self.channel)
+        row.addStretch(0)
         self.refresh()
 
     def refresh(self) -> None:

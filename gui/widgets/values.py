@@ -55,7 +55,7 @@ class TextControl(ValueControl):
         super().__init__(spec)
         self.line = QLineEdit()
         self.line.setAccessibleName(spec.key)
-        self.line.setMinimumWidth(60)
+        self.line.setMinimumWidth(48)
         self.line.editingFinished.connect(self._finished)
         self._row.addWidget(self.line)
         self._shown = ""
@@ -146,7 +146,7 @@ class ChoiceControl(ValueControl):
         self.box.setSizeAdjustPolicy(
             QComboBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon
         )
-        self.box.setMinimumContentsLength(8)
+        self.box.setMinimumContentsLength(6)
         self.box.addItems([str(choice) for choice in spec.choices])
         self.box.currentIndexChanged.connect(lambda i: self.edited.emit(spec.choices[i]))
         self._row.addWidget(self.box)
