@@ -55,6 +55,7 @@ def command(
     if screenshot is not None:
         _check_picture(screenshot)
         os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
+        os.environ.setdefault("QT_LOGGING_RULES", "qt.qpa.*=false")
     _check_display()
     application = make_application()
     window = make_window(scene, screenshot is not None, theme)
@@ -84,6 +85,8 @@ def make_application() -> QApplication:
 
     existing = QApplication.instance()
     application = existing if isinstance(existing, QApplication) else QApplication(sys.argv[:1])
+    # The worker hands the interpreter back this soon when the window wants it [s].
+    sys.setswitchinterval(5e-4)
     application.setApplicationName("flatland")
     application.setOrganizationName("flatland")
     application.setApplicationDisplayName("flatland")

@@ -56,7 +56,7 @@ class Mouse:
         self._erased: list[Place] = []
         self._handle: tuple[Place, Handle] | None = None
         self._moving = False
-        self._doing: str = ""
+        self._doing, self._name = "", "light"
 
     @property
     def drawing(self) -> bool:
@@ -81,7 +81,7 @@ class Mouse:
         elif event.button() != Qt.MouseButton.LeftButton:
             self._path = []
         elif tool in _NAMES:
-            self._doing = "draw"
+            self._doing, self._name = "draw", _NAMES[tool]
             canvas.update()
         elif tool is Tool.PICK_UP:
             self._pick_up(canvas, event)
@@ -126,8 +126,7 @@ class Mouse:
         if not self._path:
             return []
         if self._doing == "draw":
-            name = _NAMES[self.session.tool]
-            return [(name, table) for table in self._drawn(name)]
+            return [(self._name, table) for table in self._drawn(self._name)]
         if self._doing == "handle" and self._handle is not None:
             (name, index), handle = self._handle
             table = self._tables(name)[index]
@@ -163,7 +162,7 @@ class Mouse:
     # -- ends of strokes ------------------------------------------------------------------------
 
     def _end_draw(self, canvas: Canvas, event: QMouseEvent) -> None:
-        name = _NAMES[self.session.tool]
+        name = self._name
         if tables := self._drawn(name):
             text, places = edits.add(self.session.document.text, name, tables)
             count = f"{len(tables)} {name}s" if len(tables) > 1 else name

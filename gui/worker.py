@@ -7,12 +7,15 @@ import threading
 import traceback
 from typing import Any, Protocol
 
-from PySide6.QtCore import QObject, QThread, Signal, Slot
+from PySide6.QtCore import QObject, QThread, QTimer, Signal, Slot
 
 from flatland.errors import FlatlandError
 from gui.models.engine import Cancelled, Job, Watch
 from gui.models.frame import Frame
 from gui.models.track import Row
+
+#: The longest that a run waits for its last frame to be drawn [s].
+DRAWING = 0.25
 
 
 class Performer(Protocol):
@@ -34,7 +37,13 @@ class _Watch:
         self._worker.wake.wait(seconds)
 
     def publish(self, frame: Frame, rows: list[Row]) -> None:
+        """Hand a frame over, and let the window draw it before the next step is taken.
+
+        Both threads run Python: without the rest, every call of the window waits for its turn.
+        """
         self._worker.hand_over(self._job.stamp, frame, rows)
+        if not self.cancelled():
+            self._worker.drawn.wait(DRAWING)
 
     def progress(self, done: int, total: int) -> None:
         self._worker.told_progress.emit(done, total)
@@ -64,6 +73,7 @@ class Worker(QThread):
         self.performer = performer
         self.epoch = 0
         self.wake = threading.Event()
+        self.drawn = threading.Event()
         self._jobs: queue.Queue[tuple[int, Job] | None] = queue.Queue()
         self._lock = threading.Lock()
         self._latest: tuple[int, Frame, list[Row]] | None = None
@@ -83,6 +93,7 @@ class Worker(QThread):
         """Stop the job in hand within an iteration, and forget those that wait."""
         self.epoch += 1
         self.wake.set()
+        self.drawn.set()
         self._drop()
 
     @property
@@ -114,11 +125,14 @@ class Worker(QThread):
             latest, self._latest = self._latest, None
         if latest is not None:
             self.arrived.emit(*latest)
+        # After the paint events that this has posted.
+        QTimer.singleShot(0, self.drawn.set)
 
     # -- called on the worker's thread ----------------------------------------------------------
 
     def hand_over(self, stamp: int, frame: Frame, rows: list[Row]) -> None:
         with self._lock:
+            self.drawn.clear()
             waiting = self._latest
             if waiting is not None and waiting[0] == stamp:
                 rows = [*waiting[2], *rows]

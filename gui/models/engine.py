@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import time
-import warnings
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, Protocol
@@ -15,6 +14,7 @@ from flatland.simulation import Simulation
 from gui.models.choice import Choice
 from gui.models.frame import Frame, flux_balance, frame_of
 from gui.models.history import History
+from gui.models.listening import listening
 from gui.models.measures import errors_of
 from gui.models.track import Row
 from propagators import StencilPropagator
@@ -79,11 +79,12 @@ class Engine:
             "go_to": self.go_to,
             "measure": self.measure,
         }
-        self._prepare(job, watch)
-        if self.simulation is None and job.kind != "measure":
-            self._answer(job, watch)
-        else:
-            actions[job.kind](watch, **job.arguments)
+        with listening(watch.notice):
+            self._prepare(job)
+            if self.simulation is None and job.kind != "measure":
+                self._answer(job, watch)
+            else:
+                actions[job.kind](watch, **job.arguments)
 
     # -- actions --------------------------------------------------------------------------------
 
@@ -180,7 +181,7 @@ class Engine:
 
     # -- helpers --------------------------------------------------------------------------------
 
-    def _prepare(self, job: Job, watch: Watch) -> None:
+    def _prepare(self, job: Job) -> None:
         """The simulation of the job's scene and method; a new one only if these changed."""
         if self._key == (job.scene, job.choice):
             return
@@ -189,11 +190,7 @@ class Engine:
         self.history.clear()
         method = job.choice.method()
         if isinstance(method.propagator, StencilPropagator):
-            with warnings.catch_warnings(record=True) as caught:
-                warnings.simplefilter("always")
-                self.simulation = _simulation(job.scene, job.choice)
-            for warning in caught:
-                watch.notice(str(warning.message))
+            self.simulation = _simulation(job.scene, job.choice)
         self._key = (job.scene, job.choice)
 
     def _stepped(self) -> Simulation:
@@ -206,11 +203,7 @@ class Engine:
         """Of a method without steps."""
         begin = time.perf_counter()
         method = job.choice.method()
-        with warnings.catch_warnings(record=True) as caught:
-            warnings.simplefilter("always")
-            answer = method.propagator.solve(job.scene, method.bands)
-        for warning in caught:
-            watch.notice(str(warning.message))
+        answer = method.propagator.solve(job.scene, method.bands)
         if watch.cancelled():
             raise Cancelled
         seconds = time.perf_counter() - begin

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cache
 from typing import Any, Literal, get_args, get_origin
 
 from pydantic import BaseModel, PlainValidator
@@ -67,10 +68,11 @@ def specs_of(model: type[BaseModel]) -> list[FieldSpec]:
     ]
 
 
-def specs_of_kind(table: str, kind: str) -> list[FieldSpec]:
+@cache
+def specs_of_kind(table: str, kind: str) -> tuple[FieldSpec, ...]:
     """The keys of a light or an occluder; none for an unknown kind."""
     model = REGISTRIES[table].get(kind)
-    return specs_of(model) if model else []
+    return tuple(specs_of(model)) if model else ()
 
 
 def _spec(key: str, field: FieldInfo) -> FieldSpec:

@@ -97,6 +97,27 @@ def _blend(under, colour, cover):  # type: ignore[no-untyped-def]
     return np.uint32(0xFF000000 | (both & 0xFF00FF) | (green & 0x00FF00))
 
 
+@njit(cache=True, nogil=True, fastmath=True)
+def largest_sizes(table, values, largest):  # type: ignore[no-untyped-def]
+    """max_d |Σ_k table[d, k] values[k, c]| into largest (cells,); values (size, cells)."""
+    count = largest.size
+    block = 512
+    sums = np.empty(block, np.float32)
+    for start in range(0, count, block):
+        width = min(block, count - start)
+        best = largest[start : start + width]
+        for d in range(table.shape[0]):
+            for c in range(width):
+                sums[c] = float32(0)
+            for k in range(table.shape[1]):
+                factor = table[d, k]
+                row = values[k, start : start + width]
+                for c in range(width):
+                    sums[c] += factor * row[c]
+            for c in range(width):
+                best[c] = max(best[c], abs(sums[c]))
+
+
 @njit(cache=True, nogil=True)
 def fill_cells(colours, pixels, image):  # type: ignore[no-untyped-def]
     """Every cell's p x p pixels in its packed colour (nx, ny)."""

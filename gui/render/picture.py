@@ -20,11 +20,10 @@ LEAST_FOR_LOBES = 6
 
 
 @dataclass(frozen=True, eq=False)
-class Layer:
-    """Light in the plane, ready to be drawn.
+class Cut:
+    """Light in the plane. cells (nx, ny, size) float32; peaks (nx, ny); flux (nx, ny) [W].
 
-    cells (nx, ny, size) float32; peaks (nx, ny); flux (nx, ny) [W]; colours (nx, ny) packed.
-    width: of its line [device pixels], 0 if it is filled.
+    hues: colours of coloured light (nx, ny) packed, or None.
     """
 
     basis: AngularBasis
@@ -32,31 +31,38 @@ class Layer:
     cells: NDArray[np.float32]
     peaks: NDArray[np.floating]
     flux: NDArray[np.floating]
-    colours: Packed
+    hues: Packed | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Layer:
+    """A cut as it is drawn. width: of its line [device pixels], 0 if it is filled."""
+
+    cut: Cut
+    colour: str
+    hued: bool = False
     width: float = 0.0
     opacity: float = 1.0
 
+    def colours(self, window: tuple[slice, slice]) -> Packed:
+        """The packed colour of every cell of a window, contiguous."""
+        if self.hued and self.cut.hues is not None:
+            return np.ascontiguousarray(self.cut.hues[window])
+        shape = tuple(each.stop - each.start for each in window)
+        return np.full(shape, pack(self.colour), np.uint32)
 
-def layer_of(
-    field: Field,
-    plane: Plane,
-    colour: str,
-    channel: int | None = None,
-    coloured: bool = False,
-    width: float = 0.0,
-    opacity: float = 1.0,
-) -> Layer:
-    """The cut of a field. coloured: three channels of light tint their cells."""
+
+def cut_of(field: Field, plane: Plane, channel: int | None = None) -> Cut:
+    """The cut of a field, of all colours together or of one channel."""
     dimension = field.grid.dimension
     cut = plane.cut(grey(field, channel), dimension)
     cells = np.ascontiguousarray(np.moveaxis(cut, 0, -1), dtype=np.float32)
     flux = np.asarray(cut[0], float) * field.basis.flux_weight
-    colours = np.full(flux.shape, pack(colour), np.uint32)
-    if coloured and channel is None and field.coloured and len(field.values) == 3:
-        fluxes = plane.cut(field.scalar_flux(), dimension)
-        colours = light_colours(np.maximum(fluxes, 0.0))
-    sizes = peaks(field.basis, plane.axes, cells)
-    return Layer(field.basis, plane.axes, cells, sizes, flux, colours, width, opacity)
+    hues = None
+    if channel is None and field.coloured and len(field.values) == 3:
+        hues = light_colours(np.maximum(plane.cut(field.scalar_flux(), dimension), 0.0))
+    sizes = peaks(field.basis, plane.axes, cut)
+    return Cut(field.basis, plane.axes, cells, sizes, flux, hues)
 
 
 @dataclass(frozen=True)
@@ -89,22 +95,23 @@ def paint(
     if heat == "off" or not layers:
         image.fill(pack(palette.paper))
     else:
-        under = heat_colours(layers[0], scale, window, palette)
+        under = heat_colours(layers[0].cut, scale, window, palette)
         fill_cells(_faded(under, palette) if lobes else under, pixels, image)
     if borders:
         colour = np.uint32(pack(palette.grid))
         image[pixels - 1 :: pixels] = colour
         image[:, ::pixels] = colour
     for layer in layers if lobes else []:
-        table = pixel_table(layer.basis, layer.axes, pixels)
-        cells, sizes = layer.cells[window], layer.peaks[window]
+        cut = layer.cut
+        table = pixel_table(cut.basis, cut.axes, pixels)
+        cells, sizes = cut.cells[window], cut.peaks[window]
         factors = radius_factors(sizes, scale.top, scale.kind, scale.decades, scale.each) * pixels
         # What would not reach half a pixel is not worth a look at its pixels.
         factors[factors * sizes < 0.35] = 0.0
         paint_lobes(
             np.ascontiguousarray(cells),
             factors.astype(np.float32),
-            np.ascontiguousarray(layer.colours[window]),
+            layer.colours(window),
             np.uint32(pack(palette.negative)),
             *table,
             np.float32(layer.width),
@@ -114,9 +121,7 @@ def paint(
     return image
 
 
-def heat_colours(
-    layer: Layer, scale: Scale, window: tuple[slice, slice], palette: Palette
-) -> Packed:
+def heat_colours(layer: Cut, scale: Scale, window: tuple[slice, slice], palette: Palette) -> Packed:
     """The flux of each cell as a colour; negative flux in the palette's own."""
     flux = layer.flux[window]
     # A lobe of `top` in all directions fills its cell; so does its flux the map.

@@ -9,11 +9,11 @@ from flatland.field import Field
 from gui.models.display import VIEWS
 from gui.models.session import Session
 from gui.render.colours import Palette, mixed
-from gui.render.picture import Layer, Scale, layer_of
+from gui.render.picture import Cut, Layer, Scale, cut_of
 from gui.render.scaling import fitted_top
 from studies.style import line_of
 
-#: Layers that are kept; each is a float32 copy of a cut.
+#: Cuts that are kept; each holds a float32 copy of its cells.
 _KEPT = 16
 
 
@@ -22,24 +22,24 @@ class Stage:
 
     def __init__(self, session: Session, palette: Palette) -> None:
         self.session, self.palette = session, palette
-        self._layers: OrderedDict[tuple[Any, ...], tuple[Field, Layer]] = OrderedDict()
+        self._cuts: OrderedDict[tuple[Any, ...], tuple[Field, Cut]] = OrderedDict()
 
     def layers(self, view: str, ratio: float = 1.0) -> list[Layer]:
-        """What to draw in a view, the run itself first; lines `ratio` times as wide."""
+        """What to draw in a view, back to front; lines `ratio` times as wide."""
         session, field = self.session, self.session.field(view)
         if field is None:
             return []
         scheme = "analytic" if view == "reference" else session.choice.propagator
-        colour = self.colour_of(scheme)
-        overlaid = self._overlaid(view)
-        if not overlaid:
-            return [self._layer(field, colour, coloured=True)]
-        layers = [self._layer(field, colour, opacity=0.35)]
+        colour, cut = self.colour_of(scheme), self._cut(field)
+        if not self._overlaid(view):
+            return [Layer(cut, colour, hued=True)]
+        layers = [Layer(cut, colour, opacity=0.35)]
         if session.exact is not None:
-            layers.insert(0, self._layer(session.exact, self.palette.exact))
+            layers.insert(0, Layer(self._cut(session.exact), self.palette.exact))
         for run in session.overlays():
-            layers.append(self._layer(run.field, self.colour_of(run.scheme), width=1.3 * ratio))
-        return [*layers, self._layer(field, colour, width=1.6 * ratio)]
+            other = self._cut(run.field)
+            layers.append(Layer(other, self.colour_of(run.scheme), width=1.3 * ratio))
+        return [*layers, Layer(cut, colour, width=1.6 * ratio)]
 
     def _overlaid(self, view: str) -> bool:
         """Whether other fields share the cells of a view."""
@@ -47,10 +47,10 @@ class Stage:
             return False
         return self.session.exact is not None or bool(self.session.overlays())
 
-    def main(self, view: str) -> Layer | None:
-        """The layer of the run alone."""
+    def main(self, view: str) -> Cut | None:
+        """The light of a view itself."""
         field = self.session.field(view)
-        return None if field is None else self._layer(field, self.palette.ink)
+        return None if field is None else self._cut(field)
 
     def scale(self, view: str) -> Scale:
         """How sizes are shown in a view."""
@@ -72,13 +72,12 @@ class Stage:
         dark = int(self.palette.paper[1:3], 16) < 128
         return mixed(colour, "#ffffff", 0.3) if dark else colour
 
-    def _layer(self, field: Field, colour: str, **arguments: Any) -> Layer:
+    def _cut(self, field: Field) -> Cut:
         look, plane = self.session.display.look, self.session.plane
-        key = (id(field), plane, look.channel, colour, tuple(arguments.items()))
-        if key not in self._layers:
-            layer = layer_of(field, plane, colour, look.channel, **arguments)
-            self._layers[key] = field, layer
-            while len(self._layers) > _KEPT:
-                self._layers.popitem(last=False)
-        self._layers.move_to_end(key)
-        return self._layers[key][1]
+        key = (id(field), plane, look.channel)
+        if key not in self._cuts:
+            self._cuts[key] = field, cut_of(field, plane, look.channel)
+            while len(self._cuts) > _KEPT:
+                self._cuts.popitem(last=False)
+        self._cuts.move_to_end(key)
+        return self._cuts[key][1]

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from flatland.harmonics import AngularBasis
 from gui.models.plane import Plane
+from gui.render.kernel import largest_sizes
 
 Floats = NDArray[np.float32]
 #: Directions at which the size of a lobe is measured, per band and at least.
@@ -51,11 +52,13 @@ def _evaluate(
     return basis.evaluate(directions)
 
 
-def peaks(basis: AngularBasis, axes: tuple[int, int], cells: Floats) -> Floats:
-    """Largest size of the intensity over directions in the plane, (...) for cells (..., size).
+def peaks(basis: AngularBasis, axes: tuple[int, int], values: NDArray[np.floating]) -> Floats:
+    """Largest size of the intensity over directions in the plane, (...) for values (size, ...).
 
     Sampled: narrow lobes of many bands may be up to 1 % larger.
     """
-    table = circle_table(basis, axes)
-    flat = cells.reshape(-1, cells.shape[-1]) @ table.T
-    return np.asarray(np.maximum(flat.max(axis=1), -flat.min(axis=1)).reshape(cells.shape[:-1]))
+    flat = np.ascontiguousarray(values, np.float32).reshape(len(values), -1)
+    found = np.zeros(flat.shape[1], np.float32)
+    # Not a matrix product: BLAS would wake all its threads for a millisecond of work.
+    largest_sizes(circle_table(basis, axes), flat, found)
+    return found.reshape(values.shape[1:])

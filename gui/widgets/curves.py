@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 from PySide6.QtCore import QPointF, QRectF, Qt, QTimer
 from PySide6.QtGui import QColor, QFontMetricsF, QMouseEvent, QPainter, QPaintEvent, QPen, QPolygonF
 from PySide6.QtWidgets import QCheckBox, QComboBox, QHBoxLayout, QSizePolicy, QVBoxLayout, QWidget
@@ -101,10 +102,12 @@ def draw_curves(
     last = max(max(line.x[-1] for line in shown), 1)
     low, high = _range(shown, logarithmic)
 
-    def place(x: float, y: float) -> QPointF:
-        value = math.log10(max(y, 10**low)) if logarithmic else y
-        up = min(max((value - low) / (high - low), -0.05), 1.05)
-        return QPointF(box.left() + x / last * box.width(), box.bottom() - up * box.height())
+    def places(x: ArrayLike, y: ArrayLike) -> list[QPointF]:
+        values = np.asarray(y, float)
+        values = np.log10(np.maximum(values, 10.0**low)) if logarithmic else values
+        up = np.clip((values - low) / (high - low), -0.05, 1.05)
+        across = box.left() + np.asarray(x, float) / last * box.width()
+        return list(map(QPointF, across.tolist(), (box.bottom() - up * box.height()).tolist()))
 
     _axes(painter, box, last, low, high, logarithmic, ink, unit)
     painter.save()
@@ -115,14 +118,14 @@ def draw_curves(
             pen.setDashPattern([4, 2.5])
         painter.setPen(pen)
         every = max(1, len(line.x) // _MOST)
-        points = [place(x, y) for x, y in zip(line.x[::every], line.y[::every])]
+        points = places(line.x[::every], line.y[::every])
         if len(points) == 1:
             painter.drawEllipse(points[0], 2, 2)
         painter.drawPolyline(QPolygonF(points))
     cursor = _cursor(box, last, mouse, now)
     if cursor is not None:
         painter.setPen(QPen(ink, 0.8, Qt.PenStyle.DotLine))
-        x = place(cursor, 0).x()
+        x = places([cursor], [1.0])[0].x()
         painter.drawLine(QPointF(x, box.top()), QPointF(x, box.bottom()))
     painter.restore()
     _legend(painter, area, shown, cursor, metrics, ink)

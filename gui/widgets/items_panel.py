@@ -122,7 +122,7 @@ class ItemsPanel(QWidget):
         else:
             values = tables[place[0]][place[1]]
             kind = str(values.get("kind"))
-            self._build(place[0], kind, specs_of_kind(place[0], kind))
+            self._build(place[0], kind, list(specs_of_kind(place[0], kind)))
         for key, control in self.controls.items():
             control.show_value(values.get(key))
 

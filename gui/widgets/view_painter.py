@@ -18,6 +18,8 @@ from gui.widgets.scene_painter import SceneLayer, paint_items, pen, polygon
 
 #: From so many device pixels a cell on, lobes are drawn as exact outlines.
 EXACT_FROM = 96
+#: Pictures of lights and occluders that are kept, one per size of view.
+_SCENES = 4
 
 
 class ViewPainter:
@@ -27,6 +29,7 @@ class ViewPainter:
         self.session, self.stage = session, stage
         self.items = SceneLayer(session)
         self._images: dict[str, tuple[object, QImage, Packed]] = {}
+        self._scenes: dict[object, QImage] = {}
 
     def paint(self, painter: QPainter, view: str, frame: Frame2D, vector: bool = False) -> None:
         """Light, borders and scene. vector: outlines instead of pixels, whatever the zoom."""
@@ -34,10 +37,28 @@ class ViewPainter:
         self._paint_light(painter, view, frame, vector)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         self._paint_border(painter, frame)
-        paint_items(painter, self.items, frame, self.stage.palette, look.layers)
+        if vector:
+            paint_items(painter, self.items, frame, self.stage.palette, look.layers)
+        else:
+            painter.drawImage(QPointF(0, 0), self._scene_image(frame))
 
-    def forget(self) -> None:
-        self._images.clear()
+    def _scene_image(self, frame: Frame2D) -> QImage:
+        """Lights and occluders on nothing, drawn once for all views of a size."""
+        palette, layers = self.stage.palette, self.session.display.look.layers
+        key = (self.session.document.text, frame, palette, layers)
+        if key not in self._scenes:
+            while len(self._scenes) >= _SCENES:
+                del self._scenes[next(iter(self._scenes))]
+            size = round(frame.width), round(frame.height)
+            image = QImage(*size, QImage.Format.Format_ARGB32_Premultiplied)
+            image.fill(0)
+            image.setDevicePixelRatio(frame.ratio)
+            painter = QPainter(image)
+            painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+            paint_items(painter, self.items, frame, palette, layers)
+            painter.end()
+            self._scenes[key] = image
+        return self._scenes[key]
 
     def _paint_light(self, painter: QPainter, view: str, frame: Frame2D, vector: bool) -> None:
         window = frame.window
@@ -69,7 +90,8 @@ class ViewPainter:
         window, palette = frame.window, self.stage.palette
         borders = "grid" in look.layers and pixels >= 8
         bounds = tuple((r.start, r.stop) for r in window)
-        key = (tuple(map(id, layers)), scale, bounds, pixels, palette, look.heat, borders, lobes)
+        drawn = tuple((id(e.cut), e.colour, e.hued, e.width, e.opacity) for e in layers)
+        key = (drawn, scale, bounds, pixels, palette, look.heat, borders, lobes)
         known = self._images.get(view)
         if known is None or known[0] != key:
             packed = paint(layers, scale, window, pixels, palette, look.heat, borders, lobes)
@@ -120,10 +142,13 @@ class ViewPainter:
         size = frame.zoom / frame.ratio
         flip = np.array([size, -size])
         negative = QColor(self.stage.palette.negative)
-        brushes = _brushes(layer)
-        for cell, positive, other in lobe_outlines(layer, scale, frame.window):
+        brushes, window = _brushes(layer), frame.window
+        colours = layer.colours(window)
+        for cell, positive, other in lobe_outlines(layer, scale, window):
             middle = frame.cell_pixels(np.array(cell) + 0.5)
-            colour = QColor.fromRgb(int(layer.colours[cell]))
+            colour = QColor.fromRgb(
+                int(colours[cell[0] - window[0].start, cell[1] - window[1].start])
+            )
             for outline, ink, stripes in ((positive, colour, False), (other, negative, True)):
                 if len(outline):
                     line, brush = brushes(ink, stripes)

@@ -1,6 +1,7 @@
 """The window under test: no display, no settings of the user, answers given in advance."""
 
 import os
+import sys
 import time
 
 import pytest
@@ -37,7 +38,9 @@ def make(qtbot, answers, tmp_path):
     made = []
 
     def build(scene="fig5-one-light", shown=True):
+        hook = sys.excepthook
         window = make_window(scene, bare=True, theme="light")
+        sys.excepthook = hook  # so that an exception in a slot fails the test
         dialogs = window.controller.dialogs
         window.told = []
         dialogs.sure = lambda question: answers["sure"]
