@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -19,16 +17,6 @@ LARGEST_GROWTH = 1e12
 SUSPICIOUS_GROWTH = 1e3
 #: Steps between two looks at the books.
 BATCH = 16
-
-
-@dataclass(frozen=True, eq=False)
-class StateCopy:
-    """The buffers of a state (source, target, total) and its sums at one iteration."""
-
-    buffers: tuple[Buffer, Buffer, Buffer]
-    start_norm: float
-    norm: float
-    component_sums: NDArray[np.float64]
 
 
 class LightState:
@@ -56,17 +44,6 @@ class LightState:
         self.start_norm = norm(self.target)
         self.norm = self.start_norm
         self.component_sums = self.sums_of(self.target)
-
-    def capture(self) -> StateCopy:
-        """All that `restore` needs to go on from here, bit for bit."""
-        buffers = self.source.copy(), self.target.copy(), self.total.copy()
-        return StateCopy(buffers, self.start_norm, self.norm, self.component_sums.copy())
-
-    def restore(self, copy: StateCopy) -> None:
-        for buffer, values in zip((self.source, self.target, self.total), copy.buffers):
-            buffer[:] = values
-        self.start_norm, self.norm = copy.start_norm, copy.norm
-        self.component_sums = copy.component_sums.copy()
 
     def sums_of(self, buffer: Buffer) -> NDArray[np.float64]:
         """Sums over cells of the components that the books need."""

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable
-from copy import copy
-from dataclasses import dataclass
 from numbers import Integral
 from typing import Protocol
 
@@ -19,7 +17,7 @@ from flatland.injection import independent_spectra, inject, most_spectra
 from flatland.kernels import Layout, Sweep
 from flatland.kernels.reports import Buffer
 from flatland.ledger import Bookkeeper, Ledger
-from flatland.light_state import LightState, StateCopy
+from flatland.light_state import LightState
 from flatland.memory import require_memory
 from flatland.occlusion import Occlusion, Walls, without_first_bounces
 from flatland.scene import Scene
@@ -36,19 +34,6 @@ class Scheme(Protocol):
     def stencil(self, basis: AngularBasis) -> Stencil: ...
 
     def warn_if_unstable(self, stencil: Stencil) -> None: ...
-
-
-@dataclass(frozen=True, eq=False)
-class Snapshot:
-    """A simulation at one iteration, to go back to. nbytes: what it holds in memory."""
-
-    iteration: int
-    states: tuple[StateCopy, ...]
-    ledgers: tuple[Ledger, ...]
-
-    @property
-    def nbytes(self) -> int:
-        return sum(buffer.nbytes for state in self.states for buffer in state.buffers)
 
 
 class Simulation:
@@ -203,36 +188,13 @@ class Simulation:
         for state in self._states:
             state.require_tame(self.iteration)
 
-    def capture(self) -> Snapshot:
-        """The state of a stepped run, for `restore`; injects first if that was not done."""
-        self._start()
-        states = tuple(state.capture() for state in self._states)
-        return Snapshot(self.iteration, states, tuple(map(copy, self._ledgers)))
-
-    def restore(self, snapshot: Snapshot) -> None:
-        """Back to what `capture` saw in this simulation: all that follows is the same, bit for bit.
-
-        What it cannot do: take a snapshot of another simulation.
-        """
-        for state, kept in zip(self._states, snapshot.states, strict=True):
-            state.restore(kept)
-        self.iteration, self.converged = snapshot.iteration, None
-        self._injected = True
-        self._ledgers = list(map(copy, snapshot.ledgers))
-
-    def solve(
-        self,
-        tolerance: float = 1e-8,
-        method: str = "auto",
-        progress: Callable[[int], object] | None = None,
-    ) -> SolveReport:
+    def solve(self, tolerance: float = 1e-8, method: str = "auto") -> SolveReport:
         """Jump to the converged field (1 − A) S_A = S_0; the books are closed with it.
 
         A contains what comes back from walls. If the first step is free of blocking, by A_free, it
         is done first: S_A = S_0 + (1 − A)⁻¹ A_free S_0.
 
         tolerance: relative residual ‖S_0 − (1 − A) S_A‖ / ‖S_0‖. method: see `solve_converged`.
-        progress: called with the number of applications of A just done; what it raises stops.
         For a clamped scheme this is the answer of its linear twin. Raises ConvergenceError if the
         tolerance was not reached, InstabilityError if the scheme's radius says there is no answer.
         """
@@ -241,17 +203,12 @@ class Simulation:
         if self.stencil.clamp:
             warnings.warn(_CLAMPED, SchemeWarning, stacklevel=2)
         states = zip(self._states, self._ledgers)
-        reports = [self._solve_one(*each, tolerance, method, progress) for each in states]
+        reports = [self._solve_one(*each, tolerance, method) for each in states]
         self.converged = max(reports, key=lambda report: report.residual)
         return self.converged
 
     def _solve_one(
-        self,
-        state: LightState,
-        ledger: Ledger,
-        tolerance: float,
-        method: str,
-        progress: Callable[[int], object] | None,
+        self, state: LightState, ledger: Ledger, tolerance: float, method: str
     ) -> SolveReport:
         """Solve for one pattern and book what its field sends, loses and keeps."""
         clamp = self.stencil.clamp
@@ -263,7 +220,7 @@ class Simulation:
             sums = state.advance(1, self._free_sweep.linear() if clamp else self._free_sweep)
             self._books.enter(ledger, before, sums, self._unit(state), blocked=False)
         try:
-            report = solve_converged(sweep, state.target, state.total, tolerance, method, progress)
+            report = solve_converged(sweep, state.target, state.total, tolerance, method)
             scratch = np.zeros_like(state.total)
             sums = sweep.steps(state.total, state.source, scratch, 1)
             self._books.close(ledger, state.sums_of(state.total), sums, self._unit(state))

@@ -25,8 +25,9 @@ from PySide6.QtSvg import QSvgGenerator
 
 from flatland.errors import bad_input
 from flatland.results import write_atomically
-from gui.models.engine import Cancelled, Engine, Job
+from gui.models.engine import Engine
 from gui.models.frame import Frame
+from gui.models.jobs import Cancelled, Job
 from gui.models.measures import ERRORS
 from gui.models.track import ENERGY, Row, Track
 from gui.widgets.geometry import Frame2D

@@ -10,8 +10,9 @@ from typing import Any, Protocol
 from PySide6.QtCore import QObject, QThread, QTimer, Signal, Slot
 
 from flatland.errors import FlatlandError
-from gui.models.engine import Cancelled, Job, Watch
 from gui.models.frame import Frame
+from gui.models.helper import HelperError
+from gui.models.jobs import Cancelled, Job, Watch
 from gui.models.track import Row
 
 #: The longest that a run waits for its last frame to be drawn [s].
@@ -156,6 +157,8 @@ class Worker(QThread):
                 pass
             except FlatlandError as error:
                 self.failed.emit(job.stamp, "This cannot be done", str(error), "")
+            except HelperError as error:
+                self.failed.emit(job.stamp, "A fault of flatland", str(error), error.details or "-")
             except Exception as error:  # noqa: BLE001 - told to the user, the thread goes on
                 text = f"{type(error).__name__}: {error}"
                 self.failed.emit(job.stamp, "A fault of flatland", text, traceback.format_exc())

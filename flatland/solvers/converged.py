@@ -15,6 +15,7 @@ from flatland.solvers.bicgstab import Operator, bicgstab
 from flatland.solvers.factorization import factorization, is_factorized
 from flatland.solvers.multigrid import Multigrid
 from flatland.solvers.vectors import norm
+from flatland.solvers.watching import applied
 from flatland.stability import RADIUS_TOLERANCE
 
 METHODS = ("auto", "multigrid", "stepping", "krylov", "factorization")
@@ -45,10 +46,7 @@ class SolveReport:
 class _Problem:
     """(1 − A) x = b on padded float64 buffers; the border of zeros stays zero."""
 
-    def __init__(
-        self, sweep: Sweep, right: Buffer, progress: Callable[[int], object] | None = None
-    ) -> None:
-        self.progress = progress
+    def __init__(self, sweep: Sweep, right: Buffer) -> None:
         if sweep.layout.dtype == np.float64:
             self.sweep = sweep
         else:
@@ -71,14 +69,12 @@ class _Problem:
 
     def apply(self, values: Buffer, result: Buffer) -> None:
         """(1 − A) x."""
-        self.advance(1)
+        self.count(1)
         self.sweep.combine(1.0, 0.0, -1.0, values, values, result)
 
-    def advance(self, count: int) -> None:
-        """Count applications and tell whoever watches."""
-        self.applications += count
-        if self.progress is not None:
-            self.progress(count)
+    def count(self, applications: int) -> None:
+        self.applications += applications
+        applied(applications)
 
     def residual(self, answer: Buffer) -> float:
         scale = norm(self.right)
@@ -88,12 +84,7 @@ class _Problem:
 
 
 def solve_converged(
-    sweep: Sweep,
-    right: Buffer,
-    answer: Buffer,
-    tolerance: float,
-    method: str = "auto",
-    progress: Callable[[int], object] | None = None,
+    sweep: Sweep, right: Buffer, answer: Buffer, tolerance: float, method: str = "auto"
 ) -> SolveReport:
     """Write the solution of (1 − A) S_A = S_0 into `answer`.
 
@@ -101,7 +92,6 @@ def solve_converged(
     cycle as preconditioner; van der Vorst 1992), "krylov" (BiCGSTAB alone), "factorization"
     (sparse LU, kept for further lights), or "auto": kept factors if there are any, else multigrid,
     else BiCGSTAB alone where multigrid stalls. Works in float64 whatever the fields' precision.
-    progress: called with the number of applications of A just done; what it raises stops.
 
     Raises InstabilityError if the spectral radius exceeds 1 (the sum over steps then has no
     limit), ConvergenceError if the tolerance is not reached.
@@ -114,7 +104,7 @@ def solve_converged(
     if radius > 1 + RADIUS_TOLERANCE:
         message = f"no converged field: the scheme's spectral radius is {radius:.4f}, above 1"
         raise InstabilityError(message)
-    problem = _Problem(sweep, right, progress)
+    problem = _Problem(sweep, right)
     candidates = _candidates(sweep, method)
     problem.prepare(candidates[0])
     begin = time.perf_counter()
@@ -170,7 +160,7 @@ def _stepping(problem: _Problem, tolerance: float) -> Buffer:
     for _ in range(_STEPPING_SWEEPS // _STEPPING_BATCH):
         sums = problem.sweep.steps(source, target, answer, _STEPPING_BATCH)
         problem.iterations += _STEPPING_BATCH
-        problem.advance(_STEPPING_BATCH)
+        problem.count(_STEPPING_BATCH)
         if not sums.squares[-1] > (0.5 * goal) ** 2:
             break
     return answer

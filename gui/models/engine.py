@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
-from typing import Any, Protocol
+from collections.abc import Callable
 
 from flatland.errors import InstabilityError, bad_input
 from flatland.field import Field
 from flatland.scene import Scene
 from flatland.simulation import Simulation
+from flatland.solvers.watching import watched
 from gui.models.choice import Choice
+from gui.models.exact import answer
 from gui.models.frame import Frame, flux_balance, frame_of
+from gui.models.helper import ask
 from gui.models.history import History
+from gui.models.jobs import Cancelled, Job, Watch
 from gui.models.listening import listening
 from gui.models.measures import errors_of
 from gui.models.track import Row
@@ -23,38 +25,6 @@ from propagators import StencilPropagator
 FRAME_SECONDS = 1 / 30
 #: Seconds of stepping between two looks at whether to stop, at most one step if it is longer.
 _SLICE = 0.02
-
-
-class Cancelled(Exception):  # noqa: N818 - not an error
-    """The user wanted no more of this."""
-
-
-class Watch(Protocol):
-    """Who is told what a job does."""
-
-    def cancelled(self) -> bool: ...
-
-    def sleep(self, seconds: float) -> None: ...
-
-    def publish(self, frame: Frame, rows: list[Row]) -> None: ...
-
-    def progress(self, done: int, total: int) -> None: ...
-
-    def notice(self, text: str) -> None: ...
-
-
-@dataclass(frozen=True)
-class Job:
-    """A wish: what to do, for which scene and method.
-
-    stamp: number of the scene and method; results of an older one are dropped.
-    """
-
-    kind: str
-    scene: Scene
-    choice: Choice
-    stamp: int = 0
-    arguments: Mapping[str, Any] = field(default_factory=dict)
 
 
 class Engine:
@@ -143,7 +113,8 @@ class Engine:
                 raise Cancelled
 
         try:
-            simulation.solve(tolerance, progress=advance)
+            with watched(advance):
+                simulation.solve(tolerance)
         except Cancelled:
             self._recover(simulation)
             raise
@@ -202,12 +173,17 @@ class Engine:
     def _answer(self, job: Job, watch: Watch) -> None:
         """Of a method without steps."""
         begin = time.perf_counter()
-        method = job.choice.method()
-        answer = method.propagator.solve(job.scene, method.bands)
-        if watch.cancelled():
+        found = ask(
+            answer,
+            job.scene,
+            job.choice,
+            wanted=lambda: not watch.cancelled(),
+            tell=watch.notice,
+        )
+        if found is None:
             raise Cancelled
         seconds = time.perf_counter() - begin
-        watch.publish(Frame({"accumulated": answer}, seconds_per_step=seconds), [])
+        watch.publish(Frame({"accumulated": found}, seconds_per_step=seconds), [])
 
     def _step_once(self, simulation: Simulation) -> None:
         simulation.run(1)

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from flatland.simulation import Simulation, Snapshot
+from flatland.simulation import Simulation
+from flatland.snapshots import Snapshot, capture, restore
 
 #: Memory that key frames may take.
 BUDGET = 256 * 2**20
@@ -44,7 +45,7 @@ class History:
         self.reached = max(self.reached, now)
         if now % self.spacing or now in self._keys:
             return
-        self._keys[now] = simulation.capture()
+        self._keys[now] = capture(simulation)
         while self.nbytes > self.budget and len(self._keys) > 2:
             self.spacing *= 2
             self._keys = {i: key for i, key in self._keys.items() if i % self.spacing == 0}
@@ -63,7 +64,7 @@ class History:
         start = max(earlier, default=0)
         if not (start <= here <= iteration):
             if earlier:
-                simulation.restore(self._keys[start])
+                restore(simulation, self._keys[start])
             else:
                 simulation.inject()
         simulation.run(iteration - simulation.iteration)

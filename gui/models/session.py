@@ -11,9 +11,9 @@ from flatland.scene import Scene
 from gui.models.choice import Choice
 from gui.models.display import Display, Look
 from gui.models.document import SceneDocument
-from gui.models.engine import Job
 from gui.models.events import Event
 from gui.models.frame import Frame
+from gui.models.jobs import Job
 from gui.models.plane import Plane
 from gui.models.selection import Selection
 from gui.models.tools import Brush, Tool

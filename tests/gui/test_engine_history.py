@@ -8,10 +8,12 @@ from scenes import assert_same_state, scene_of
 
 import propagators
 from flatland import Simulation, load_scene
+from flatland.snapshots import capture, restore
 from gui.models.choice import Choice
-from gui.models.engine import Cancelled, Engine, Job
+from gui.models.engine import Engine
 from gui.models.frame import frame_of
 from gui.models.history import History
+from gui.models.jobs import Cancelled, Job
 from gui.models.measures import errors_of
 from studies import metrics
 from studies.reference import Reference
@@ -61,9 +63,9 @@ def test_captured_states_come_back_bit_for_bit(name, precision):
         return sim
 
     simulation = run(7)
-    snapshot = simulation.capture()
+    snapshot = capture(simulation)
     simulation.run(20)
-    simulation.restore(snapshot)
+    restore(simulation, snapshot)
     assert_same_state(simulation, run(7))
     simulation.run(5)
     assert_same_state(simulation, run(12))
@@ -73,7 +75,7 @@ def test_history_brings_back_every_iteration_within_its_budget():
     scene = scene_of()
     simulation = Simulation(scene, propagators.create("lpv"), bands=2)
     simulation.inject()
-    size = simulation.capture().nbytes
+    size = capture(simulation).nbytes
     history = History(budget=6 * size, spacing=2)
     states = {0: frame_of(simulation)}
     history.record(simulation)
