@@ -66,7 +66,7 @@ def command(
         raise
     window.resize(width, height)
     window.show()
-    window.session.inject()
+    window.session.begin()
     if iterations is not None and iterations > 0:
         window.session.submit("step", count=iterations)
     if converge:

@@ -69,21 +69,26 @@ class RunCommands(Commands):
 
     def inject(self) -> None:
         self.session.inject()
+        if self.session.choice.levels > 1 and self.session.choice.steps:
+            self.say("injected into level 0; D fills the coarser levels")
 
     def reset(self) -> None:
         self.session.reset()
 
     def downsample(self) -> None:
-        self._level_step("downsample")
+        if self._has_levels("downsample"):
+            self.session.downsample()
 
     def merge(self) -> None:
-        self._level_step("merge")
+        """Look at the field that is read from all levels."""
+        if self._has_levels("merge"):
+            self.session.display.set(level=None)
 
-    def _level_step(self, kind: str) -> None:
-        if self.session.choice.levels == 1:
-            self.say(f"{kind}: a uniform grid has one level, so there is nothing to do")
-        else:
-            self.session.submit(kind)
+    def _has_levels(self, what: str) -> bool:
+        several = self.session.choice.levels > 1
+        if not several:
+            self.say(f"{what}: a uniform grid has one level, so there is nothing to do")
+        return several
 
     def faster(self) -> None:
         self._pace(1)

@@ -91,7 +91,13 @@ class ViewCommands(Commands):
         return solid
 
     def level(self) -> None:
-        self.say("a uniform grid has one level")
+        count = self.session.choice.levels
+        if count == 1:
+            self.say("a uniform grid has one level")
+            return
+        now = self.session.level
+        following = 0 if now is None else now + 1
+        self.session.display.set(level=following if following < count else None)
 
     def theme(self) -> None:
         """Light or dark, the other one."""

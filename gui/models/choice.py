@@ -8,7 +8,9 @@ from typing import Any
 
 from flatland.errors import bad_input
 from flatland.scene import Scene
+from gui.models.levels import LEVEL_OPTIONS
 from propagators import StencilPropagator, create
+from propagators.base import Option
 from propagators.registry import find, names
 from studies.running import Method
 
@@ -26,6 +28,7 @@ class Choice:
     options: Mapping[str, Any] = field(default_factory=dict)
     bands: int = 4
     levels: int = 1
+    octree: Mapping[str, Any] = field(default_factory=dict)
     precision: str = "float64"
     blocking: str = "exact"
     strength: float = 1.0
@@ -49,7 +52,10 @@ class Choice:
         }
         known = {item.name for item in fields(Method)}
         if "levels" in known:
-            values["levels"] = self.levels
+            values["levels"] = self.levels if self.steps else 1
+            for option in level_options():
+                given = self.octree.get(option.name, option.default)
+                values[option.name] = option.check(given)
         elif self.levels != 1:
             raise bad_input("levels", self.levels, "must be 1: this version steps one grid")
         return Method(**values)
@@ -80,8 +86,12 @@ class Choice:
         for key, value in self._changed_options().items():
             words += ["--option", f"{key}={_word(value)}"]
         words += ["--bands", str(self.bands)]
-        if self.levels != 1:
+        if self.levels != 1 and self.steps:
             words += ["--levels", str(self.levels)]
+            for option in level_options():
+                value = self.octree.get(option.name, option.default)
+                if value != option.default:
+                    words += [f"--{option.name}", _word(value)]
         for name in ("precision", "blocking", "strength"):
             value = getattr(self, name)
             if value != getattr(Choice, name):
@@ -92,6 +102,12 @@ class Choice:
     def _changed_options(self) -> dict[str, Any]:
         defaults = {option.name: option.default for option in find(self.propagator).options}
         return {key: value for key, value in self.options.items() if value != defaults.get(key)}
+
+
+def level_options() -> list[Option]:
+    """Options of an octree that methods of this version know."""
+    known = {item.name for item in fields(Method)}
+    return [option for option in LEVEL_OPTIONS if option.name in known]
 
 
 def propagators_for(dimension: int) -> list[str]:

@@ -10,6 +10,7 @@ from flatland.field import Field
 from flatland.scene import Scene
 from flatland.simulation import Simulation
 from flatland.solvers.watching import watched
+from gui.models import levels
 from gui.models.choice import Choice
 from gui.models.exact import answer
 from gui.models.frame import Frame, flux_balance, frame_of
@@ -43,6 +44,7 @@ class Engine:
         """Do a job. Raises what the engine raises, and Cancelled."""
         actions: dict[str, Callable[..., None]] = {
             "inject": self.inject,
+            "downsample": self.downsample,
             "step": self.step,
             "run": self.run,
             "solve": self.solve,
@@ -58,13 +60,24 @@ class Engine:
 
     # -- actions --------------------------------------------------------------------------------
 
-    def inject(self, watch: Watch) -> None:
-        """Iteration 0: the lights in their cells."""
+    def inject(self, watch: Watch, fill: bool = True) -> None:
+        """Iteration 0: the lights in their cells. fill: on all levels, not on the finest alone."""
         simulation = self._stepped()
-        simulation.inject()
+        if fill:
+            levels.start(simulation)
+        else:
+            simulation.inject()
         self.history.clear()
         self._enter(simulation)
         self._publish(watch)
+
+    def downsample(self, watch: Watch) -> None:
+        """Fill the coarse levels with what is on the finest now."""
+        simulation = self._stepped()
+        if levels.count_of(simulation) > 1 and simulation.converged is None:
+            levels.downsample(simulation)
+            self.history.mark(simulation)
+            self._publish(watch)
 
     def step(self, watch: Watch, count: int = 1) -> None:
         """`count` more iterations, as fast as they go."""
@@ -187,6 +200,7 @@ class Engine:
 
     def _step_once(self, simulation: Simulation) -> None:
         simulation.run(1)
+        self.history.passed(simulation)
         self._enter(simulation)
 
     def _enter(self, simulation: Simulation) -> None:
@@ -198,8 +212,18 @@ class Engine:
         values = flux_balance(simulation.ledger)
         values.pop("closure", None)
         if self.exact is not None:
-            values.update(errors_of(simulation.accumulated, self.exact))
+            values.update(self._errors(simulation, self.exact))
         return Row(simulation.iteration, values)
+
+    def _errors(self, simulation: Simulation, exact: Field) -> dict[str, float]:
+        """Errors of the field, and of every level as `name@level`."""
+        if levels.count_of(simulation) == 1:
+            return errors_of(simulation.accumulated, exact)
+        found = errors_of(levels.merged_fields(simulation, None)["accumulated"], exact)
+        for number, fields in enumerate(levels.level_fields(simulation)):
+            each = errors_of(fields["accumulated"], levels.coarsened(exact, number))
+            found |= {f"{name}@{number}": value for name, value in each.items()}
+        return found
 
     def _recover(self, simulation: Simulation) -> None:
         """After a cancelled solve: back to the last iteration of the run."""
@@ -217,6 +241,11 @@ def _simulation(scene: Scene, choice: Choice) -> Simulation:
     """The simulation that `studies.running` would make for the same method."""
     method = choice.method()
     assert isinstance(method.propagator, StencilPropagator)
+    make = getattr(method, "simulation", None)
+    if make is not None:
+        made = make(scene)
+        assert isinstance(made, Simulation)
+        return made
     return Simulation(
         scene,
         method.propagator,

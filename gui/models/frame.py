@@ -5,11 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from flatland.field import Field
 from flatland.ledger import Ledger
 from flatland.simulation import Simulation
 from flatland.solvers import SolveReport
+from gui.models.levels import count_of, level_fields, merged_fields
 
 #: The grids of a run that can be looked at, with what they hold.
 GRIDS = {
@@ -23,7 +25,9 @@ GRIDS = {
 class Frame:
     """Fields of a run, copied, so that the worker may step on while they are drawn.
 
-    fields: by the names of GRIDS; a method that does not step has `accumulated` alone.
+    fields: by the names of GRIDS; a method that does not step has `accumulated` alone. Of an octree
+    they are merged, `levels` holds those of each level, and index (*shape) the level that each
+    cell is read from.
     unstable_at: the iteration at which light had grown wild, or None.
     """
 
@@ -33,6 +37,8 @@ class Frame:
     converged: SolveReport | None = None
     seconds_per_step: float = float("nan")
     unstable_at: int | None = None
+    levels: tuple[dict[str, Field], ...] = ()
+    index: NDArray[np.integer] | None = None
 
     @property
     def accumulated(self) -> Field:
@@ -47,7 +53,13 @@ def frame_of(
     simulation: Simulation, seconds_per_step: float = float("nan"), unstable_at: int | None = None
 ) -> Frame:
     """The state of a simulation as a frame."""
-    fields = {name: _own(getattr(simulation, name)) for name in GRIDS}
+    levels: tuple[dict[str, Field], ...] = ()
+    index = None
+    if count_of(simulation) > 1:
+        fields, levels = merged_fields(simulation, None), level_fields(simulation)
+        index = getattr(simulation, "index", None)
+    else:
+        fields = {name: _own(getattr(simulation, name)) for name in GRIDS}
     return Frame(
         fields,
         simulation.iteration,
@@ -55,6 +67,8 @@ def frame_of(
         simulation.converged,
         seconds_per_step,
         unstable_at,
+        levels,
+        index,
     )
 
 

@@ -28,6 +28,7 @@ class History:
 
     def clear(self) -> None:
         self._keys.clear()
+        self._fixed: set[int] = set()
         #: The latest iteration that was reached.
         self.reached = 0
 
@@ -48,11 +49,22 @@ class History:
         self._keys[now] = capture(simulation)
         while self.nbytes > self.budget and len(self._keys) > 2:
             self.spacing *= 2
-            self._keys = {i: key for i, key in self._keys.items() if i % self.spacing == 0}
+            self._keys = {
+                i: key for i, key in self._keys.items() if i % self.spacing == 0 or i in self._fixed
+            }
 
-    def until_due(self, iteration: int) -> int:
-        """Steps from an iteration to the next one at which a key frame is due."""
-        return self.spacing - iteration % self.spacing
+    def mark(self, simulation: Simulation) -> None:
+        """What is there now was changed by hand: later iterations follow from this."""
+        now = simulation.iteration
+        self._keys = {i: key for i, key in self._keys.items() if i < now}
+        self._keys[now] = capture(simulation)
+        self._fixed = {i for i in self._fixed if i < now} | {now}
+        self.reached = now
+
+    def passed(self, simulation: Simulation) -> None:
+        """After a step: take over what was changed by hand at this iteration."""
+        if simulation.iteration in self._fixed:
+            restore(simulation, self._keys[simulation.iteration])
 
     def go_to(self, simulation: Simulation, iteration: int) -> None:
         """Bring the simulation to an iteration that it has reached, exactly as it was.
@@ -62,7 +74,8 @@ class History:
         earlier = [i for i in self._keys if i <= iteration]
         here = simulation.iteration if simulation.converged is None else -1
         start = max(earlier, default=0)
-        if not (start <= here <= iteration):
+        changed = any(here < i <= iteration for i in self._fixed)
+        if changed or not (start <= here <= iteration):
             if earlier:
                 restore(simulation, self._keys[start])
             else:

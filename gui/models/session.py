@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import shlex
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 from typing import Any, Protocol
 
 from flatland.field import Field
+from flatland.grid import Grid
 from flatland.scene import Scene
 from gui.models.choice import Choice
 from gui.models.display import Display, Look
@@ -14,6 +16,7 @@ from gui.models.document import SceneDocument
 from gui.models.events import Event
 from gui.models.frame import Frame
 from gui.models.jobs import Job
+from gui.models.levels import coarsened, ratio_of
 from gui.models.plane import Plane
 from gui.models.selection import Selection
 from gui.models.tools import Brush, Tool
@@ -76,6 +79,7 @@ class Session:
         self.tracked, self.references_changed, self.runs_changed = Event(), Event(), Event()
         self.tool_changed, self.noticed, self.failed = Event(), Event(), Event()
         self.progressed = Event()
+        self._made: dict[str, tuple[Any, Field, Field | None]] = {}
         self._exact_key: tuple[Any, ...] | None = None
         self._scene = self.document.scene
         self.document.changed.connect(self._scene_changed)
@@ -98,23 +102,58 @@ class Session:
     def field(self, view: str) -> Field | None:
         """What a view shows; None as long as there is nothing."""
         if view == "reference":
-            return self.exact
+            return self._exact_there()
         if view == "difference":
             return self._difference()
-        return self.frame.fields.get(view) if self.frame else None
+        if self.frame is None:
+            return None
+        fields = self.frame.fields if self.level is None else self.frame.levels[self.level]
+        return fields.get(view)
+
+    @property
+    def level(self) -> int | None:
+        """The octree level on show; None for the merged field, or the only one."""
+        level = self.display.look.level
+        count = len(self.frame.levels) if self.frame else 0
+        return level if level is not None and level < count else None
+
+    def _exact_there(self) -> Field | None:
+        """The exact field on the level on show."""
+        if self.exact is None or not self.level:
+            return self.exact
+        return self._derived(("exact", self.level), lambda e: coarsened(e, self.level or 0))
 
     def _difference(self) -> Field | None:
-        if self.frame is None or self.exact is None:
+        field, exact = self.field("accumulated"), self._exact_there()
+        if field is None or exact is None or field.values.shape != exact.values.shape:
             return None
-        field = self.frame.accumulated
-        if field.values.shape != self.exact.values.shape:
-            return None
-        return Field(field.grid, field.basis, field.values - self.exact.values)
+        key = ("difference", id(field))
+        return self._derived(
+            key, lambda _: Field(field.grid, field.basis, field.values - exact.values), field
+        )
+
+    def _derived(
+        self, key: tuple[Any, ...], make: Callable[[Field], Field], keep: Field | None = None
+    ) -> Field:
+        """A field made from others, kept as long as these are on show."""
+        assert self.exact is not None
+        known = self._made.get(key[0])
+        if known is None or known[0] != (key, id(self.exact)):
+            known = (key, id(self.exact)), make(self.exact), keep
+            self._made[key[0]] = known
+        return known[1]
 
     def overlays(self) -> list[KeptRun]:
         """Kept runs that fit into the cells on show."""
+        if self.level:
+            return []
         grid = self.scene.grid
         return [run for run in self.runs if run.visible and run.field.grid == grid]
+
+    def plane_on(self, grid: Grid) -> Plane:
+        """The plane that is looked at, on the grid of a level."""
+        plane = self.plane
+        return replace(plane, layer=plane.layer // ratio_of(grid, self.scene.grid))
 
     # -- the method -----------------------------------------------------------------------------
 
@@ -156,7 +195,7 @@ class Session:
             self.references_changed.emit()
         self.framed.emit()
         self.tracked.emit()
-        self.submit("inject" if self.choice.steps else "solve")
+        self.begin()
         if self.exact is not None:
             self._send_exact()
         elif self.wants_reference:
@@ -169,12 +208,23 @@ class Session:
         if self.runner is not None:
             self.runner.submit(Job(kind, self.scene, self.choice, self.stamp, arguments))
 
+    def begin(self) -> None:
+        """Iteration 0, all levels filled: where every run begins."""
+        self.submit("inject" if self.choice.steps else "solve")
+
     def inject(self) -> None:
         """Back to iteration 0: the lights in their cells, empty history."""
         self.cancel()
         self.track.clear()
         self.tracked.emit()
-        self.submit("inject" if self.choice.steps else "solve")
+        if self.choice.steps:
+            self.submit("inject", fill=False)
+        else:
+            self.submit("solve")
+
+    def downsample(self) -> None:
+        """Fill the coarse levels by hand."""
+        self.submit("downsample")
 
     def reset(self) -> None:
         """No light at all: dark grids, and no curves."""

@@ -34,8 +34,9 @@ class Stage:
         if not self._overlaid(view):
             return [Layer(cut, colour, hued=True)]
         layers = [Layer(cut, colour, opacity=0.35)]
-        if session.exact is not None:
-            layers.insert(0, Layer(self._cut(session.exact), self.palette.exact))
+        exact = session.field("reference")
+        if exact is not None:
+            layers.insert(0, Layer(self._cut(exact), self.palette.exact))
         for run in session.overlays():
             other = self._cut(run.field)
             layers.append(Layer(other, self.colour_of(run.scheme), width=1.3 * ratio))
@@ -73,7 +74,7 @@ class Stage:
         return mixed(colour, "#ffffff", 0.3) if dark else colour
 
     def _cut(self, field: Field) -> Cut:
-        look, plane = self.session.display.look, self.session.plane
+        look, plane = self.session.display.look, self.session.plane_on(field.grid)
         key = (id(field), plane, look.channel)
         if key not in self._cuts:
             self._cuts[key] = field, cut_of(field, plane, look.channel)

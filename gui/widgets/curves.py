@@ -233,6 +233,7 @@ class CurvesPanel(QWidget):
         self._later.setSingleShot(True)
         self._later.setInterval(33)
         self._later.timeout.connect(self.refresh)
+        session.display.changed.connect(self._soon)
         for event in (session.tracked, session.framed, session.runs_changed):
             event.connect(self._soon)
         session.references_changed.connect(self._soon)
@@ -248,6 +249,8 @@ class CurvesPanel(QWidget):
 
     def refresh(self) -> None:
         names, unit = GROUPS[self.group.currentText()]
+        if names[0] in ERRORS and self.session.level is not None:
+            names = tuple(f"{name}@{self.session.level}" for name in names)
         lines = self._lines(self.session.track, names)
         if self.kept.isChecked():
             for run in self.session.runs:
@@ -257,10 +260,12 @@ class CurvesPanel(QWidget):
         self.plot.logarithmic = self.logarithmic.isChecked()
         frame = self.session.frame
         self.plot.now = frame.iteration if frame and frame.converged is None else None
-        needs = names[0] in ERRORS and self.session.exact is None
+        needs = names[0].partition("@")[0] in ERRORS and self.session.exact is None
         self.plot.hint = "Press X for the exact answer" if needs else "Press Space to run"
         meanings = {**ENERGY, **ERRORS}
-        self.plot.setToolTip("\n".join(f"{n.replace('_', ' ')}: {meanings[n]}" for n in names))
+        self.plot.setToolTip(
+            "\n".join(f"{n.replace('_', ' ')}: {meanings[n.partition('@')[0]]}" for n in names)
+        )
         self.plot.update()
 
     def _lines(self, track: Track, names: tuple[str, ...], label: str = "") -> list[Line]:

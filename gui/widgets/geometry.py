@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from flatland.grid import Grid
 from gui.models.camera import Camera
+from gui.models.levels import ratio_of
 from gui.models.plane import Plane
 
 
@@ -35,6 +36,11 @@ class Frame2D:
         left = round(width / 2 - camera.centre[0] * camera.zoom)
         bottom = round(height / 2 + camera.centre[1] * camera.zoom)
         return cls(grid, plane, camera.zoom, left, bottom, width, height, ratio)
+
+    def on(self, grid: Grid, plane: Plane) -> Frame2D:
+        """The same view of a coarser grid that begins in the same corner."""
+        zoom = self.zoom * ratio_of(grid, self.grid)
+        return replace(self, grid=grid, plane=plane, zoom=zoom)
 
     @property
     def window(self) -> tuple[slice, slice]:

@@ -6,6 +6,7 @@ from PySide6.QtCore import Qt, QTimer
 from PySide6.QtWidgets import QComboBox, QFormLayout, QLabel, QVBoxLayout, QWidget
 
 from gui.models.display import VIEWS
+from gui.models.levels import ratio_of
 from gui.models.probe import Probe, probe, told
 from gui.models.session import Session
 from gui.render.stage import Stage
@@ -70,12 +71,15 @@ class Inspector(QWidget):
         if not good or cell is None or any(i >= n for i, n in zip(cell, shape)) or field is None:
             self._clear("point at a cell" if field is not None else "no light yet")
             return
-        channel, plane = session.display.look.channel, session.plane
+        channel, plane = session.display.look.channel, session.plane_on(field.grid)
+        ratio = ratio_of(field.grid, session.scene.grid)
+        cell = tuple(i // ratio for i in cell)
         found = probe(field, cell, plane, channel)
         self._tell(found)
         curves = [Curve(view, found.curve, self.stage.colour_of(session.choice.propagator))]
-        if session.exact is not None and view == "accumulated":
-            exact = probe(session.exact, cell, plane, channel)
+        reference = session.field("reference")
+        if reference is not None and view == "accumulated":
+            exact = probe(reference, cell, plane, channel)
             curves.insert(0, Curve("exact", exact.curve, self.stage.palette.exact, True))
             self.labels["Exact flux"].setText(" ".join(f"{x:.4g}" for x in exact.flux) + " W")
         if view == "accumulated":

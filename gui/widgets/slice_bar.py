@@ -41,8 +41,16 @@ class SliceBar(QWidget):
             lambda index: session.display.set(channel=index - 1 if index > 0 else None)
         )
         self.channel.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)
+        self.level = QComboBox()
+        self.level.setToolTip("Level of the octree, or every cell from its finest lit level")
+        self.level.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)
+        self.level.currentIndexChanged.connect(
+            lambda index: session.display.set(level=index - 1 if index > 0 else None)
+        )
         row.addWidget(self.channel)
+        row.addWidget(self.level)
         row.addStretch(0)
+        session.method_changed.connect(self.refresh)
         self.refresh()
 
     def refresh(self) -> None:
@@ -51,8 +59,14 @@ class SliceBar(QWidget):
         solid = plane.normal is not None
         self.slice.setVisible(solid)
         self.channel.setVisible(colours > 0)
-        self.setVisible(solid or colours > 0)
-        with quiet(self.axis, self.layer, self.channel):
+        count = self.session.choice.levels
+        self.level.setVisible(count > 1)
+        self.setVisible(solid or colours > 0 or count > 1)
+        with quiet(self.axis, self.layer, self.channel, self.level):
+            levels = ["Merged", *(f"Level {i}" for i in range(count))]
+            _fill(self.level, levels)
+            level = self.session.display.look.level
+            self.level.setCurrentIndex(0 if level is None or level >= count else level + 1)
             if plane.normal is not None:
                 self.axis.setCurrentIndex(plane.normal)
                 self.layer.setRange(0, grid.shape[plane.normal] - 1)
@@ -60,15 +74,19 @@ class SliceBar(QWidget):
                 name = "xyz"[plane.normal]
                 self.number.setText(f"{name} = {plane.layer}  ({plane.depth(grid):g} m)")
             names = ["All colours", *_channel_names(colours)]
-            if [self.channel.itemText(i) for i in range(self.channel.count())] != names:
-                self.channel.clear()
-                self.channel.addItems(names)
+            _fill(self.channel, names)
             channel = self.session.display.look.channel
             good = channel is not None and channel < colours
             self.channel.setCurrentIndex(channel + 1 if good and channel is not None else 0)
 
     def _turn(self, axis: int) -> None:
         self.session.display.set(normal=axis, layer=None)
+
+
+def _fill(box: QComboBox, names: list[str]) -> None:
+    if [box.itemText(i) for i in range(box.count())] != names:
+        box.clear()
+        box.addItems(names)
 
 
 def _channel_names(colours: int) -> list[str]:

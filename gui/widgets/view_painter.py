@@ -33,8 +33,12 @@ class ViewPainter:
 
     def paint(self, painter: QPainter, view: str, frame: Frame2D, vector: bool = False) -> None:
         """Light, borders and scene. vector: outlines instead of pixels, whatever the zoom."""
-        look = self.session.display.look
-        self._paint_light(painter, view, frame, vector)
+        look, field = self.session.display.look, self.session.field(view)
+        there = frame
+        if field is not None and field.grid != frame.grid:
+            there = frame.on(field.grid, self.session.plane_on(field.grid))
+        self._paint_light(painter, view, there, vector)
+        self._paint_levels(painter, view, frame)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         self._paint_border(painter, frame)
         if vector:
@@ -129,6 +133,24 @@ class ViewPainter:
         for j in range(up.start, up.stop + 1):
             ends = frame.cell_pixels(np.array([(low[0], j), (high[0], j)]))
             painter.drawLine(QPointF(*ends[0]), QPointF(*ends[1]))
+
+    def _paint_levels(self, painter: QPainter, view: str, frame: Frame2D) -> None:
+        """Bold lines where a merged field is read from another level on the other side."""
+        shown = self.session.frame
+        run = view in ("source", "target", "accumulated", "difference")
+        if shown is None or shown.index is None or self.session.level is not None or not run:
+            return
+        index = frame.plane.cut(shown.index, frame.grid.dimension)
+        right, up = frame.window
+        painter.setPen(pen(self.stage.palette.level, 2.0))
+        for i, j in np.argwhere(index[1:, :] != index[:-1, :]):
+            if right.start <= i + 1 <= right.stop and up.start <= j < up.stop:
+                ends = frame.cell_pixels(np.array([(i + 1, j), (i + 1, j + 1)]))
+                painter.drawLine(QPointF(*ends[0]), QPointF(*ends[1]))
+        for i, j in np.argwhere(index[:, 1:] != index[:, :-1]):
+            if right.start <= i < right.stop and up.start <= j + 1 <= up.stop:
+                ends = frame.cell_pixels(np.array([(i, j + 1), (i + 1, j + 1)]))
+                painter.drawLine(QPointF(*ends[0]), QPointF(*ends[1]))
 
     def _paint_border(self, painter: QPainter, frame: Frame2D) -> None:
         nx, ny = frame.plane.shape(frame.grid)

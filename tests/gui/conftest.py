@@ -57,7 +57,7 @@ def make(qtbot, answers, tmp_path):
         made.append(window)
         if shown:
             window.show()
-            window.session.inject()
+            window.session.begin()
             settle(window)
         return window
 
