@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from flatland.field import Field
 from flatland.grid import Grid
+
+_Number = TypeVar("_Number", bound=np.number)
 
 #: Axes that point right and up when a 3D grid is looked at along an axis.
 _ACROSS = {0: (1, 2), 1: (0, 2), 2: (0, 1)}
@@ -38,7 +41,7 @@ class Plane:
     def shape(self, grid: Grid) -> tuple[int, int]:
         return grid.shape[self.axes[0]], grid.shape[self.axes[1]]
 
-    def cut(self, values: NDArray[np.floating], dimension: int) -> NDArray[np.floating]:
+    def cut(self, values: NDArray[_Number], dimension: int) -> NDArray[_Number]:
         """Arrays (..., nx, ny[, nz]) as (..., right, up)."""
         if self.normal is None:
             return values

@@ -20,7 +20,14 @@ from PySide6.QtWidgets import (
 )
 
 from flatland.errors import InputError
-from gui.models.choice import BLOCKING, MOST_BANDS, PRECISION, Choice, propagators_for
+from gui.models.choice import (
+    BLOCKING,
+    MOST_BANDS,
+    PRECISION,
+    Choice,
+    level_options,
+    propagators_for,
+)
 from gui.models.session import Session
 from gui.models.toml_text import REMOVED
 from gui.undo import Editor
@@ -74,6 +81,12 @@ class MethodPanel(QScrollArea):
         self.options_form = _form()
         rest = _form()
         rest.addRow("Levels", self.levels)
+        self.level_controls: dict[str, ValueControl] = {}
+        for option in level_options():
+            control = option_control(option)
+            control.edited.connect(lambda value, name=option.name: self._level_option(name, value))
+            rest.addRow(option.name.capitalize(), control)
+            self.level_controls[option.name] = control
         rest.addRow("Precision", self.precision)
         rest.addRow("Blocking", self.blocking)
         rest.addRow("Strength", self.strength)
@@ -136,6 +149,9 @@ class MethodPanel(QScrollArea):
         for control in (self.levels, self.precision, self.blocking, self.lights_block):
             control.setEnabled(choice.steps)
         self._show_options(choice)
+        for name, control in self.level_controls.items():
+            control.show_value(choice.octree.get(name))
+            control.setEnabled(choice.steps and choice.levels > 1)
 
     def _show_options(self, choice: Choice) -> None:
         found = find(choice.propagator)
@@ -172,6 +188,12 @@ class MethodPanel(QScrollArea):
         else:
             options[name] = value
         self._try(replace(self.session.choice, options=options), name)
+
+    def _level_option(self, name: str, value: Any) -> None:
+        octree = {key: old for key, old in self.session.choice.octree.items() if key != name}
+        if value is not REMOVED:
+            octree[name] = value
+        self._try(replace(self.session.choice, octree=octree), name)
 
     def _try(self, choice: Choice, name: str) -> None:
         try:
