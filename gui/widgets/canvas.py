@@ -59,8 +59,14 @@ class Canvas(QWidget):
 
     def paintEvent(self, event: QPaintEvent) -> None:  # noqa: N802
         self.painted += 1
-        palette, frame = self.view_painter.stage.palette, self.frame
         painter = QPainter(self)
+        try:
+            self._paint(painter)
+        finally:
+            painter.end()  # Qt ends the program if a painter outlives its device
+
+    def _paint(self, painter: QPainter) -> None:
+        palette, frame = self.view_painter.stage.palette, self.frame
         painter.fillRect(self.rect(), QColor(palette.outside))
         if self.session.field(self.view) is None:
             self._paint_hint(painter)
@@ -68,7 +74,6 @@ class Canvas(QWidget):
         paint_selection(painter, self.view_painter.items, frame, palette)
         self._paint_cells(painter, frame)
         self._paint_mouse(painter, frame)
-        painter.end()
 
     def _paint_hint(self, painter: QPainter) -> None:
         text = self._hint()

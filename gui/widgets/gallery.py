@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from PySide6.QtCore import QSize, Qt, QTimer
+from PySide6.QtCore import QPointF, QRectF, QSize, Qt, QTimer
 from PySide6.QtGui import QColor, QIcon, QImage, QPainter, QPixmap
 from PySide6.QtWidgets import (
     QDialog,
@@ -116,7 +116,7 @@ def scene_picture(name: str, palette: Palette, size: int, ratio: float) -> QImag
     painter.setRenderHint(QPainter.RenderHint.Antialiasing)
     corners = frame.cell_pixels(np.array([(0, ny), (nx, 0)], float))
     painter.setPen(QColor(palette.level))
-    painter.drawRect(*(int(x) for x in (*corners[0], *(corners[1] - corners[0]))))
+    painter.drawRect(QRectF(QPointF(*corners[0]), QPointF(*corners[1])))
     for key in ("occluder", "light"):
         for table in tables_of(text).get(key, []):
             paint_item(painter, key, table, frame, palette)

@@ -149,9 +149,9 @@ class MethodPanel(QScrollArea):
         for control in (self.levels, self.precision, self.blocking, self.lights_block):
             control.setEnabled(choice.steps)
         self._show_options(choice)
-        for name, control in self.level_controls.items():
-            control.show_value(choice.octree.get(name))
-            control.setEnabled(choice.steps and choice.levels > 1)
+        for name, editor in self.level_controls.items():
+            editor.show_value(choice.octree.get(name))
+            editor.setEnabled(choice.steps and choice.levels > 1)
 
     def _show_options(self, choice: Choice) -> None:
         found = find(choice.propagator)

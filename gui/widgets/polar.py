@@ -112,7 +112,7 @@ def _rings(
         end = middle + radius * np.array([np.cos(angle), -np.sin(angle)])
         painter.drawLine(QPointF(*middle), QPointF(*end))
     painter.setPen(ink)
-    painter.drawText(4, int(middle[1] + radius + 17), f"ring {step:.3g} {unit}")
+    painter.drawText(QPointF(4, middle[1] + radius + 17), f"ring {step:.3g} {unit}")
 
 
 def _points(radii: Array, middle: Array) -> QPolygonF | None:

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from PySide6.QtCore import QPointF, Qt
+from PySide6.QtCore import QPointF, QRectF, Qt
 from PySide6.QtGui import QBrush, QColor, QPainter, QPen, QPolygonF
 
 from flatland.errors import FlatlandError
@@ -224,4 +224,4 @@ def paint_selection(painter: QPainter, layer: SceneLayer, frame: Frame2D, palett
             if handle.kind == "direction":
                 painter.drawEllipse(QPointF(x, y), HANDLE, HANDLE)
             else:
-                painter.drawRect(int(x - HANDLE), int(y - HANDLE), int(2 * HANDLE), int(2 * HANDLE))
+                painter.drawRect(QRectF(x - HANDLE, y - HANDLE, 2 * HANDLE, 2 * HANDLE))
