@@ -373,8 +373,8 @@ def view_title(view: str, frame: object, session: Session) -> str:
         return "Exact" if view == "reference" else "Accumulated − exact"
     if session.frame is None:
         return name
-    if session.frame.converged is not None and view == "accumulated":
-        return f"{name}, converged"
+    if session.frame.converged is not None:
+        return f"{name}, converged" if view == "accumulated" else f"{name}: nothing moves any more"
     if not session.choice.steps:
         return f"{name}, {session.choice.propagator}"
     return f"{name}, iteration {session.frame.iteration}"

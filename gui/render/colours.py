@@ -27,6 +27,10 @@ class Palette:
     exact: str
     faint: str
 
+    @property
+    def dark(self) -> bool:
+        return int(self.paper[1:3], 16) < 128
+
 
 LIGHT = Palette(
     paper="#ffffff",
@@ -80,11 +84,21 @@ def pack_rgb(rgb: Array) -> Packed:
     return np.asarray(packed, np.uint32)
 
 
-def light_colours(flux: Array) -> Packed:
-    """The hue of coloured light (3, ...), as bright as its screen colour can be.
+def light_hues(flux: Array) -> NDArray[np.float64]:
+    """The hue of coloured light (3, ...) as (..., 3) from 0 to 1, as bright as a screen shows it.
 
     Its strength is the size of the lobe. Channels to the power 1/2.2, as screens expect.
     """
     top = np.maximum(np.max(flux, axis=0), 1e-300)
     shares = np.clip(np.moveaxis(flux / top, 0, -1), 0, 1)
-    return pack_rgb(shares ** (1 / 2.2))
+    return np.asarray(shares ** (1 / 2.2), np.float64)
+
+
+def hues_on(hues: NDArray[np.float64], dark: bool) -> Packed:
+    """Hues as packed colours; on light paper deeper ones, which stand out against it."""
+    if dark:
+        return pack_rgb(hues)
+    grey = hues.min(axis=-1, keepdims=True)
+    deeper = hues - 0.55 * grey
+    brightness = deeper @ np.array([0.3, 0.59, 0.11])
+    return pack_rgb(deeper * np.minimum(1.0, 0.45 / np.maximum(brightness, 1e-9))[..., None])

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from flatland.field import Field
 from flatland.harmonics import AngularBasis
 from gui.models.plane import Plane, grey
-from gui.render.colours import Packed, Palette, heat_map, light_colours, pack
+from gui.render.colours import Packed, Palette, heat_map, hues_on, light_hues, pack
 from gui.render.kernel import fill_cells, paint_lobes
 from gui.render.scaling import radius_factors, shown_sizes
 from gui.render.tables import peaks, pixel_table
@@ -23,7 +23,7 @@ LEAST_FOR_LOBES = 6
 class Cut:
     """Light in the plane. cells (nx, ny, size) float32; peaks (nx, ny); flux (nx, ny) [W].
 
-    hues: colours of coloured light (nx, ny) packed, or None.
+    hues: of coloured light (nx, ny, 3), or None.
     """
 
     basis: AngularBasis
@@ -31,7 +31,7 @@ class Cut:
     cells: NDArray[np.float32]
     peaks: NDArray[np.floating]
     flux: NDArray[np.floating]
-    hues: Packed | None = None
+    hues: NDArray[np.float64] | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,10 +44,10 @@ class Layer:
     width: float = 0.0
     opacity: float = 1.0
 
-    def colours(self, window: tuple[slice, slice]) -> Packed:
+    def colours(self, window: tuple[slice, slice], palette: Palette) -> Packed:
         """The packed colour of every cell of a window, contiguous."""
         if self.hued and self.cut.hues is not None:
-            return np.ascontiguousarray(self.cut.hues[window])
+            return np.ascontiguousarray(hues_on(self.cut.hues[window], palette.dark))
         shape = tuple(each.stop - each.start for each in window)
         return np.full(shape, pack(self.colour), np.uint32)
 
@@ -60,7 +60,7 @@ def cut_of(field: Field, plane: Plane, channel: int | None = None) -> Cut:
     flux = np.asarray(cut[0], float) * field.basis.flux_weight
     hues = None
     if channel is None and field.coloured and len(field.values) == 3:
-        hues = light_colours(np.maximum(plane.cut(field.scalar_flux(), dimension), 0.0))
+        hues = light_hues(np.maximum(plane.cut(field.scalar_flux(), dimension), 0.0))
     sizes = peaks(field.basis, plane.axes, cut)
     return Cut(field.basis, plane.axes, cells, sizes, flux, hues)
 
@@ -111,7 +111,7 @@ def paint(
         paint_lobes(
             np.ascontiguousarray(cells),
             factors.astype(np.float32),
-            layer.colours(window),
+            layer.colours(window, palette),
             np.uint32(pack(palette.negative)),
             *table,
             np.float32(layer.width),

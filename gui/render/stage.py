@@ -70,8 +70,7 @@ class Stage:
     def colour_of(self, scheme: str) -> str:
         """A scheme's colour in the project's figures, light enough for a dark ground."""
         colour = line_of(scheme).colour
-        dark = int(self.palette.paper[1:3], 16) < 128
-        return mixed(colour, "#ffffff", 0.3) if dark else colour
+        return mixed(colour, "#ffffff", 0.3) if self.palette.dark else colour
 
     def _cut(self, field: Field) -> Cut:
         look, plane = self.session.display.look, self.session.plane_on(field.grid)

@@ -85,7 +85,7 @@ class MethodPanel(QScrollArea):
         for option in level_options():
             control = option_control(option)
             control.edited.connect(lambda value, name=option.name: self._level_option(name, value))
-            rest.addRow(option.name.capitalize(), control)
+            rest.addRow(f"Level {option.name}", control)
             self.level_controls[option.name] = control
         rest.addRow("Precision", self.precision)
         rest.addRow("Blocking", self.blocking)

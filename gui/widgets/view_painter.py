@@ -165,7 +165,7 @@ class ViewPainter:
         flip = np.array([size, -size])
         negative = QColor(self.stage.palette.negative)
         brushes, window = _brushes(layer), frame.window
-        colours = layer.colours(window)
+        colours = layer.colours(window, self.stage.palette)
         for cell, positive, other in lobe_outlines(layer, scale, window):
             middle = frame.cell_pixels(np.array(cell) + 0.5)
             colour = QColor.fromRgb(
