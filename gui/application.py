@@ -184,8 +184,8 @@ def _begin(window: Window, scene: str | None) -> None:
 
 def _take_picture(application: QApplication, window: Window, path: Path) -> int:
     """Wait until everything asked for is on show, write the picture, and close."""
-    from flatland.results import write_atomically
     from gui.export import png_bytes
+    from gui.models.storage import store_bytes
 
     failures: list[str] = []
     window.session.failed.connect(lambda title, text, details: failures.append(text))
@@ -193,7 +193,7 @@ def _take_picture(application: QApplication, window: Window, path: Path) -> int:
     try:
         if not failures:
             content = png_bytes(window.grab().toImage())
-            write_atomically(path, lambda place: place.write_bytes(content))
+            store_bytes(path, content)
             click.echo(f"wrote {path}", err=True)
     finally:
         window.shut_down()

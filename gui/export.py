@@ -24,11 +24,11 @@ from PySide6.QtGui import QColor, QFont, QImage, QPageLayout, QPageSize, QPainte
 from PySide6.QtSvg import QSvgGenerator
 
 from flatland.errors import bad_input
-from flatland.results import write_atomically
 from gui.models.engine import Engine
 from gui.models.frame import Frame
 from gui.models.jobs import Cancelled, Job
 from gui.models.measures import ERRORS
+from gui.models.storage import store_bytes
 from gui.models.track import ENERGY, Row, Track
 from gui.widgets.geometry import Frame2D
 
@@ -44,10 +44,6 @@ _TITLE, _GAP = 22.0, 10.0
 _FRAMES, _SHOWN = 120, 80
 
 
-def write_text(path: Path, text: str) -> Path:
-    return write_atomically(path, lambda place: place.write_text(text, encoding="utf-8"))
-
-
 def save_views(window: Window, path: Path) -> Path:
     """All shown views in a row, as PDF, SVG or PNG by the file's ending.
 
@@ -57,12 +53,8 @@ def save_views(window: Window, path: Path) -> Path:
     if ending not in FORMATS:
         raise bad_input("file", str(path), "has no known ending", FORMATS)
     if ending == ".png":
-        return _write(path, png_bytes(picture_of(window, 2.0)))
-    return _write(path, _vector(window, ending))
-
-
-def _write(path: Path, content: bytes) -> Path:
-    return write_atomically(path, lambda place: place.write_bytes(content))
+        return store_bytes(path, png_bytes(picture_of(window, 2.0)))
+    return store_bytes(path, _vector(window, ending))
 
 
 def png_bytes(image: QImage) -> bytes:
@@ -215,12 +207,11 @@ def save_animation(window: Window, path: Path) -> Path:
         pass
     finally:
         session.frame, session.display.look = kept, look
-    return write_atomically(
-        path,
-        lambda place: images[0].save(
-            place, format="GIF", save_all=True, append_images=images[1:], duration=_SHOWN, loop=0
-        ),
+    content = io.BytesIO()
+    images[0].save(
+        content, format="GIF", save_all=True, append_images=images[1:], duration=_SHOWN, loop=0
     )
+    return store_bytes(path, content.getvalue())
 
 
 def save_curves(tracks: Sequence[Track], path: Path) -> Path:

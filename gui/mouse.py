@@ -31,6 +31,8 @@ if TYPE_CHECKING:
 
 #: How near the mouse must be to an item or a handle [logical pixels].
 REACH = 7.0
+#: Places at most that a stroke of the eraser is looked at between two events.
+_FINEST = 500
 _CURSORS = {
     Tool.INJECT: Qt.CursorShape.CrossCursor,
     Tool.OCCLUDE: Qt.CursorShape.CrossCursor,
@@ -245,7 +247,7 @@ class Mouse:
         frame = canvas.frame
         reach = REACH / frame.zoom * frame.ratio * frame.grid.spacing
         start = np.array(self._path[-1])
-        count = 1 + int(np.hypot(*(np.array(place) - start)) / reach)
+        count = 1 + int(min(np.hypot(*(np.array(place) - start)) / reach, _FINEST))
         for share in np.linspace(0, 1, count + 1):
             at = start + share * (np.array(place) - start)
             for found, table in self._items():

@@ -7,11 +7,11 @@ from pathlib import Path
 from PySide6.QtGui import QGuiApplication
 
 from flatland.errors import FlatlandError
-from flatland.results import result_dataset, save_dataset
 from flatland.scene import scene_template
 from gui import export
 from gui.commands.base import Commands
 from gui.models.document import Origin
+from gui.models.storage import store_text
 from gui.models.track import tracks_to_csv
 
 
@@ -135,6 +135,8 @@ class FileCommands(Commands):
         if frame is None:
             self.say("there is no light to export yet")
             return
+        from flatland.results import result_dataset, save_dataset
+
         path = self._target("Export data", "run.nc", "netCDF (*.nc)")
         if path is not None:
             method = self.session.choice.method(iterations=frame.iteration).as_dict()
@@ -150,7 +152,7 @@ class FileCommands(Commands):
         tracks = [self.session.track, *(run.track for run in self.session.runs)]
         if path.suffix.lower() == ".csv":
             text = tracks_to_csv(tracks)
-            self._export(path, lambda: export.write_text(path, text))
+            self._export(path, lambda: store_text(path, text))
         else:
             self._export(path, lambda: export.save_curves(tracks, path))
 

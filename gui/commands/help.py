@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from flatland.results import versions
 from gui.commands.base import Commands
 
 
@@ -16,6 +15,8 @@ class HelpCommands(Commands):
         self.dialogs.shortcuts()
 
     def about(self) -> None:
+        from flatland.results import versions
+
         lines = [f"{name} {number}" for name, number in versions().items()]
         text = "flatland: how light propagates on grids, and what a scheme does to it.\n\n"
         self.dialogs.tell("About flatland", text + "\n".join(lines))

@@ -6,10 +6,10 @@ import os
 from dataclasses import dataclass
 from pathlib import Path
 
-from flatland.results import write_atomically
 from flatland.scene import Scene, builtin_text, load_scene, parse_scene, scene_template
 from flatland.scene.catalogue import BUILTIN_DIRECTORY, is_builtin
 from gui.models.events import Event
+from gui.models.storage import store_text
 
 
 @dataclass(frozen=True)
@@ -97,7 +97,7 @@ class SceneDocument:
             raise ValueError("a scene that came from no file needs a path")
         target = target.resolve()
         scene = parse_scene(self.text, target.name, target.parent)
-        write_atomically(target, lambda place: place.write_text(self.text, encoding="utf-8"))
+        store_text(target, self.text)
         self.origin, self.scene = Origin(target.name, target, target.parent), scene
         self._saved = self.text
         self.renamed.emit()

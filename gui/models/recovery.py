@@ -9,8 +9,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from flatland.errors import FlatlandError
-from flatland.results import write_atomically
 from gui.models.document import Origin, SceneDocument
+from gui.models.storage import store_text
 
 
 @dataclass(frozen=True)
@@ -52,7 +52,7 @@ class Recovery:
         }
         content = json.dumps(record)
         try:
-            write_atomically(self.file, lambda place: place.write_text(content, encoding="utf-8"))
+            store_text(self.file, content)
         except (FlatlandError, OSError):
             return False
         self._kept = self.document.text

@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import Any
 
 from flatland.errors import FlatlandError
-from flatland.results import write_atomically
 from gui.models.display import Look, look_from
+from gui.models.storage import store_text
 
 MOST_RECENT = 12
 THEMES = ("system", "light", "dark")
@@ -51,7 +51,7 @@ class Settings:
             return True
         text = json.dumps(self.values, indent=1)
         try:
-            write_atomically(self.path, lambda place: place.write_text(text, encoding="utf-8"))
+            store_text(self.path, text)
         except (FlatlandError, OSError):
             return False
         return True

@@ -11,7 +11,7 @@ from gui.models.session import Session
 from gui.render.colours import Palette, mixed
 from gui.render.picture import Cut, Layer, Scale, cut_of
 from gui.render.scaling import fitted_top
-from studies.style import line_of
+from studies.lines import line_of
 
 #: Cuts that are kept; each holds a float32 copy of its cells.
 _KEPT = 16

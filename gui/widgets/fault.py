@@ -13,8 +13,6 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from flatland.results import versions
-
 
 class FaultDialog(QDialog):
     """Text, details, and a button that copies both. The window stays, the scene with it."""
@@ -23,6 +21,8 @@ class FaultDialog(QDialog):
         super().__init__(parent)
         self.setWindowTitle(title)
         self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        from flatland.results import versions
+
         known = ", ".join(f"{name} {number}" for name, number in versions().items())
         self.report = f"{text}\n\n{details}\n{known}\n"
         label = QLabel(f"{text}\n\nNothing is lost: scene and window are as they were.")

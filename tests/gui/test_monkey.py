@@ -156,7 +156,9 @@ def let_loose(make, qtbot, answers, tmp_path, seed, count):
             QApplication.processEvents()
         faults = [text for title, text in window.told if "fault" in title.lower()]
         assert not faults, (monkey.log[-5:], faults)
-    window.actions_by_name["stop"].trigger()
+    window.mouse.drop()
+    window.session.cancel()
+    window.session.stop_reference()
     settle(window, 120)
     assert window.isVisible()
     document = window.session.document
