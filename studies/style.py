@@ -6,7 +6,6 @@ import io
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +14,9 @@ from matplotlib.figure import Figure
 
 from flatland.errors import bad_input
 from flatland.results import write_atomically
+from studies.lines import LINES, line_of
+
+__all__ = ["COLUMN", "FORMATS", "LINES", "PAGE", "figure_style", "line_of", "save_figure"]
 
 #: Widths of a column and of a page of text [inch].
 COLUMN, PAGE = 85 / 25.4, 175 / 25.4
@@ -35,34 +37,6 @@ _SETTINGS: dict[Any, Any] = {
     "svg.hashsalt": "flatland",
     "image.cmap": "cividis",
 }
-
-
-@dataclass(frozen=True)
-class Line:
-    """How a method is drawn: a colour of Okabe and Ito's set; in grey, dashes and width tell."""
-
-    colour: str
-    dashes: Any = "-"
-    width: float = 0.6
-
-
-#: The cascaded LPV paper's colours for figure 5: DOM8 green, DOM4 blue, LPV red, analytic grey.
-#: Schemes in 3D look like their twins in 2D.
-LINES = {
-    "analytic": Line("#b0b0b0"),
-    "lpv": Line("#d55e00", width=0.9),
-    "dom4": Line("#0072b2", (0, (3, 1))),
-    "dom8": Line("#009e73", width=0.5),
-    "dom6": Line("#0072b2", (0, (3, 1))),
-    "dom26": Line("#009e73", width=0.5),
-    "lpv-2009": Line("#cc79a7", (0, (4, 1, 1, 1))),
-}
-_SPARE = ("#e69f00", "#56b4e9", "#000000", "#f0e442")
-
-
-def line_of(name: str) -> Line:
-    """The style of a method; methods without one of their own get a spare colour by name."""
-    return LINES.get(name) or Line(_SPARE[sum(name.encode()) % len(_SPARE)], "-.")
 
 
 @contextmanager
