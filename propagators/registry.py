@@ -19,6 +19,7 @@ BUILT_IN = {
     "dom6": "propagators.dom:DiscreteOrdinates6",
     "dom26": "propagators.dom:DiscreteOrdinates26",
     "analytic": "propagators.analytic:Analytic",
+    "beam": "propagators.beam:Beam",
 }
 #: Other projects register a Propagator class here, under the name that users will type.
 ENTRY_POINT_GROUP = "flatland.propagators"

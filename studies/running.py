@@ -98,5 +98,6 @@ def run_method(scene: Scene, method: Method, progress: Progress | None = None) -
 
 def _answer(scene: Scene, method: Method) -> Run:
     begin = time.perf_counter()
-    accumulated = method.propagator.solve(scene, method.bands)
-    return Run(method, accumulated, time.perf_counter() - begin, "direct")
+    answer = method.propagator.answer(scene, method.bands)
+    seconds = time.perf_counter() - begin
+    return Run(method, answer.field, seconds, "direct", answer.ledger, answer.details)
