@@ -77,13 +77,13 @@ class Option:
 class Answer:
     """A field and what its scheme knows about it.
 
-    ledger: where the flux went, if the scheme keeps books. details: plain values that say what was
-    reached, such as a number of directions or an estimated error.
+    ledger: where the flux went, if the scheme keeps books. details: numbers that say what was
+    reached, such as how many directions or an estimated error.
     """
 
     field: Field
     ledger: Ledger | None = None
-    details: dict[str, Any] = dataclasses.field(default_factory=dict)
+    details: dict[str, float] = dataclasses.field(default_factory=dict)
 
 
 class Propagator(ABC):

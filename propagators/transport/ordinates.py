@@ -34,7 +34,7 @@ class Ordinates:
 
     @property
     def angles(self) -> Array:
-        return (np.arange(self.count) + self.offset) * self.weight
+        return np.asarray((np.arange(self.count) + self.offset) * self.weight, float)
 
     @property
     def directions(self) -> Array:
