@@ -20,6 +20,7 @@ BUILT_IN = {
     "dom26": "propagators.dom:DiscreteOrdinates26",
     "analytic": "propagators.analytic:Analytic",
     "beam": "propagators.beam:Beam",
+    "sn": "propagators.sn:GridSweeps",
 }
 #: Other projects register a Propagator class here, under the name that users will type.
 ENTRY_POINT_GROUP = "flatland.propagators"

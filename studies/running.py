@@ -100,6 +100,6 @@ def _answer(scene: Scene, method: Method) -> Run:
     begin = time.perf_counter()
     answer = method.propagator.answer(scene, method.bands)
     seconds = time.perf_counter() - begin
-    reached = [f"{name} {value:.3g}" for name, value in answer.details.items()]
+    reached = [f"{name} {value:g}" for name, value in answer.details.items()]
     stopped = ", ".join(["direct", *reached])
     return Run(method, answer.field, seconds, stopped, answer.ledger, answer.details)

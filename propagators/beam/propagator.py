@@ -3,25 +3,22 @@
 from __future__ import annotations
 
 import warnings
-from dataclasses import replace
 from typing import ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from flatland.errors import SchemeWarning
-from flatland.field import Field
-from flatland.harmonics import CircularHarmonics
 from flatland.kernels.threads import thread_count
 from flatland.ledger import Ledger
 from flatland.memory import require_memory
 from flatland.scene import Scene
 from propagators.analytic.checks import checked_directions
-from propagators.analytic.geometry import read_geometry
 from propagators.base import Answer, DirectPropagator, Option
-from propagators.beam.solution import BeamProblem
-from propagators.transport.books import by_colour, weighted_sum
+from propagators.beam.solution import intensity_by_beams, solve_by_beams
+from propagators.transport.books import weighted_sum
 from propagators.transport.ordinates import Ordinates, chosen_count
+from propagators.transport.problem import DirectProblem, read_problem
 
 Array = NDArray[np.float64]
 
@@ -90,12 +87,11 @@ class Beam(DirectPropagator):
         """
         problem = self._problem(scene, bands)
         ordinates = Ordinates(chosen_count(self.values["ordinates"], scene.grid.shape, bands))
-        values, ledger = problem.solve(ordinates)
+        values, ledger = solve_by_beams(problem, ordinates)
         details: dict[str, float] = {"ordinates": ordinates.count}
         if self.values["tolerance"] > 0:
             values, ledger, details = self._refined(problem, ordinates, values, ledger)
-        field = Field(scene.grid, problem.basis, values if scene.colours else values[0])
-        return Answer(field, by_colour(ledger, scene.colours > 0), details)
+        return problem.answer(values, ledger, details)
 
     def intensity(self, scene: Scene, directions: ArrayLike) -> Array:
         """I ([colours,] K, nx, ny) [W/rad] of segment lights at unit directions (K, 2).
@@ -103,23 +99,20 @@ class Beam(DirectPropagator):
         Exact; what walls send back and lights without size are left out.
         """
         problem = self._problem(scene, 1)
-        values = problem.intensity(checked_directions(directions))
+        values = intensity_by_beams(problem, checked_directions(directions))
         return values if scene.colours else values[0]
 
-    def _problem(self, scene: Scene, bands: int) -> BeamProblem:
+    def _problem(self, scene: Scene, bands: int) -> DirectProblem:
         self.require_dimension(scene.grid.dimension)
-        geometry = read_geometry(scene)
-        if not self.values["bounces"]:
-            geometry = replace(geometry, albedo=np.zeros_like(geometry.albedo))
-        basis = CircularHarmonics(bands)
+        problem = read_problem(scene, bands, self.values["element"], self.values["bounces"])
         # The ends of runs in each thread, and the field.
-        lanes = geometry.radiance.shape[1] * basis.size + 1
+        lanes = problem.colours * problem.basis.size + 1
         needed = (2 * thread_count() + 2) * lanes * scene.grid.cell_count * 8
         require_memory(needed, "bands", bands)
-        return BeamProblem(geometry, basis, self.values["element"])
+        return problem
 
     def _refined(
-        self, problem: BeamProblem, ordinates: Ordinates, values: Array, ledger: Ledger
+        self, problem: DirectProblem, ordinates: Ordinates, values: Array, ledger: Ledger
     ) -> tuple[Array, Ledger, dict[str, float]]:
         """Both sets together until they agree.
 
@@ -130,10 +123,10 @@ class Beam(DirectPropagator):
         """
         tolerance, count, offset = self.values["tolerance"], ordinates.count, 0.0
         while True:
-            other, books = problem.solve(Ordinates(count, offset))
+            other, books = solve_by_beams(problem, Ordinates(count, offset))
             change = float(np.linalg.norm(other - values))
             values, ledger = 0.5 * (values + other), weighted_sum([ledger, books], [0.5, 0.5])
-            size = float(np.linalg.norm(values))
+            size = float(np.linalg.norm(values + problem.sizeless_values))
             error = 0.25 * change / size if size else 0.0
             count, offset = 2 * count, 0.5
             if error <= tolerance or count >= MOST_ORDINATES:

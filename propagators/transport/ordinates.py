@@ -16,9 +16,6 @@ from flatland.harmonics import CircularHarmonics
 
 Array = NDArray[np.float64]
 
-#: Fewest ordinates that a scheme chooses by itself.
-FEWEST = 128
-
 
 @dataclass(frozen=True)
 class Ordinates:
@@ -61,13 +58,15 @@ class Ordinates:
         return np.asarray(np.sin(half) / half / np.cos((2 * first - 1) * half))
 
 
-def chosen_count(wanted: int, shape: tuple[int, ...], bands: int) -> int:
-    """The ordinates asked for, or, for 0, four for each cell along the longest side.
+def chosen_count(
+    wanted: int, shape: tuple[int, ...], bands: int, per_cell: int = 4, fewest: int = 128
+) -> int:
+    """The ordinates asked for or, for 0, `per_cell` for each cell along the longest side.
 
-    Raises InputError for fewer than 4 for each band: harmonics would alias.
+    Then at least `fewest`. Raises InputError for fewer than 4 for each band: harmonics would alias.
     """
     if wanted == 0:
-        count = max(FEWEST, 4 * max(shape), 8 * bands)
+        count = max(fewest, per_cell * max(shape), 8 * bands)
         return -(-count // 4) * 4
     if wanted % 4:
         raise bad_input("ordinates", wanted, "must be a multiple of 4")
