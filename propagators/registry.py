@@ -21,6 +21,8 @@ BUILT_IN = {
     "analytic": "propagators.analytic:Analytic",
     "beam": "propagators.beam:Beam",
     "sn": "propagators.sn:GridSweeps",
+    "radiance-cascades": "propagators.cascades:RadianceCascades",
+    "holographic-rc": "propagators.holographic:HolographicCascades",
 }
 #: Other projects register a Propagator class here, under the name that users will type.
 ENTRY_POINT_GROUP = "flatland.propagators"

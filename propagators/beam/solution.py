@@ -32,6 +32,19 @@ def solve_by_beams(problem: DirectProblem, ordinates: Ordinates) -> tuple[Array,
     return flight.values, problem.books(emitted, reflected, flight.left, flight.arrived)
 
 
+def surface_radiance(problem: DirectProblem, ordinates: Ordinates) -> Array:
+    """Radiance (E, 2, C) of all sides, lights and walls, for schemes that only carry it."""
+    surfaces = problem.surfaces
+    if not surfaces.arrangement.reflects:
+        return surfaces.radiance
+    transport = Transport(surfaces, ordinates, problem.shape)
+    scale = ordinates.emission_scale(surfaces.arrangement.segments)[surfaces.owners]
+    direct = transport.fly(surfaces.radiance * scale[:, None, None], None)
+    arrived = direct.arrived + problem.sizeless_flux
+    reflected = reflected_radiance(transport, scale, arrived) / scale[:, None, None]
+    return surfaces.radiance + reflected
+
+
 def intensity_by_beams(problem: DirectProblem, directions: Array) -> Array:
     """Intensity (C, K, nx, ny) of the segment lights at directions (K, 2), one by one."""
     transport = Transport(problem.surfaces, Ordinates(4), problem.shape)

@@ -12,18 +12,20 @@ from flatland.errors import ConvergenceError
 
 Array = NDArray[np.float64]
 
-#: Relative residual asked of the solver, and the one beyond which its answer is refused.
-RESIDUAL, WORST_RESIDUAL = 1e-10, 1e-8
+#: Relative residual asked of the solver; an answer with a hundred times as much is refused.
+RESIDUAL = 1e-10
 #: Bounces one by one at which light is given up that does not settle.
 MOST_BOUNCES = 1000
 
 
-def settled_flux(send: Callable[[Array], Array], albedo: Array, direct: Array) -> Array:
+def settled_flux(
+    send: Callable[[Array], Array], albedo: Array, direct: Array, residual: float = RESIDUAL
+) -> Array:
     """Flux (E, 2, C) that sides of elements send back in the end, all bounces.
 
     send: flux that arrives on each side (E, 2, C) of what all sides send (E, 2, C); linear.
     albedo: (E, C). direct: (E, 2, C), what arrives from the lights.
-    Solves b = ρ (P + X b) by GMRES, a dozen sends or two.
+    residual: relative, to stop at. Solves b = ρ (P + X b) by GMRES, a dozen sends or two.
     Raises ConvergenceError where light never ends: a closed room of albedo 1.
     """
     share = np.repeat(albedo[:, None], 2, axis=1)
@@ -40,8 +42,8 @@ def settled_flux(send: Callable[[Array], Array], albedo: Array, direct: Array) -
         return np.asarray(vector.ravel() - (share * send(sent))[sends])
 
     operator = LinearOperator((source.size, source.size), apply, dtype=float)
-    found, _ = gmres(operator, source / norm, rtol=RESIDUAL, atol=0.0, restart=60, maxiter=5)
-    _require_settled(float(np.linalg.norm(source / norm - apply(found))))
+    found, _ = gmres(operator, source / norm, rtol=residual, atol=0.0, restart=60, maxiter=5)
+    _require_settled(float(np.linalg.norm(source / norm - apply(found))), 100 * residual)
     result[sends] = found * norm
     return result
 
@@ -59,12 +61,12 @@ def iterated_flux(arrive: Callable[[Array], Array], albedo: Array) -> Array:
         sent = newer
         if change <= RESIDUAL * size:
             break
-    _require_settled(change / size if size else 0.0)
+    _require_settled(change / size if size else 0.0, 100 * RESIDUAL)
     return sent
 
 
-def _require_settled(residual: float) -> None:
-    if not residual <= WORST_RESIDUAL:
+def _require_settled(residual: float, worst: float) -> None:
+    if not residual <= worst:
         raise ConvergenceError(
             f"light between walls did not settle (residual {residual:.1e}): "
             "in a closed room its albedo must be below 1"
