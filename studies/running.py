@@ -183,5 +183,8 @@ def _answer(scene: Scene, method: Method) -> Run:
         rule = f"must be 1: {method.propagator.name} does not step"
         raise bad_input("levels", method.levels, rule)
     begin = time.perf_counter()
-    accumulated = method.propagator.solve(scene, method.bands)
-    return Run(method, accumulated, time.perf_counter() - begin, "direct")
+    answer = method.propagator.answer(scene, method.bands)
+    seconds = time.perf_counter() - begin
+    reached = [f"{name} {value:g}" for name, value in answer.details.items()]
+    stopped = ", ".join(["direct", *reached])
+    return Run(method, answer.field, seconds, stopped, answer.ledger, answer.details)
