@@ -136,12 +136,13 @@ class Level:
         self.iteration += count
 
     def run(self, count: int) -> None:
-        """Any number of steps. Raises InstabilityError when the light grows wild."""
+        """Any number of steps. Raises InstabilityError when the light grows wild in them."""
         last = self.iteration + count
         while self.iteration < last:
             self.require_tame()
             self.advance(min(last - self.iteration, self.batch))
-        self.require_tame()
+        if count > 0:
+            self.require_tame()
 
     def require_tame(self) -> None:
         """Raise InstabilityError once light has grown wild, so that it never overflows."""

@@ -109,6 +109,8 @@ def write_atomically(path: str | os.PathLike[str], write: Any) -> Path:
     """Call write(temporary path) in the target's folder, then put the file in its place."""
     target = Path(path)
     place = None
+    if "\0" in str(target):
+        raise ResultFileError(f"{str(target)!r}: cannot be written: no name holds a zero character")
     try:
         target.parent.mkdir(parents=True, exist_ok=True)
         handle, name = tempfile.mkstemp(

@@ -129,8 +129,9 @@ def starting_table(name: str, kind: str, grid: Grid, plane: Plane) -> Table:
     """A new item in the middle of the grid, from what its kind declares."""
     table: Table = {"kind": kind}
     used = 0
+    shape = ("start", "end") if grid.dimension == 2 else ("vertices",)
     for spec in specs_of_kind(name, kind):
-        if spec.required or (kind, spec.key) == ("area", "flux"):
+        if spec.required or (kind == "area" and spec.key in ("flux", *shape)):
             table[spec.key] = _first_value(spec, grid, plane, used)
             used += spec.kind in ("point", "points")
     return table
