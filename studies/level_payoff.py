@@ -129,11 +129,15 @@ def octree_trials(
     steps: Sequence[int] = STEPS[:8],
     patiences: Sequence[float] = PATIENCES,
     blends: Sequence[float | None] = (None, 1.0),
+    counts: Sequence[int] = (),
     **options: Any,
 ) -> list[Trial]:
-    """Octrees of all sizes, index patiences and merges. factors: of all levels, else "flux"."""
+    """Octrees of several numbers of levels, index patiences and merges.
+
+    factors: of all levels, else "flux". counts: numbers of levels; all without them.
+    """
     trials = []
-    for levels in range(2, most_levels(scene.grid.shape) + 1):
+    for levels in counts or range(2, most_levels(scene.grid.shape) + 1):
         chosen = None if factors is None else list(factors)[:levels]
         for patience in patiences:
             simulation = Simulation(
