@@ -90,7 +90,7 @@ def test_step_and_paint(
     assert canvas.painted - before == 20
     what = "three views, fitted" if zoom is None else f"one view, {zoom} pixels a cell"
     report(
-        f"{size} x {size}, {propagator}, 5 bands, {what}: step + paint {1e3 * min(seconds):.1f} ms, "
+        f"{size} x {size}, {propagator}, {what}: step + paint {1e3 * min(seconds):.1f} ms, "
         f"processor {1e3 * min(spent):.1f} ms, median {1e3 * float(np.median(spent)):.1f} ms"
     )
     assert min(spent) < 0.033
