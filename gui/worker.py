@@ -109,7 +109,8 @@ class Worker(QThread):
         return self.wait(milliseconds) if self.isRunning() else True
 
     def _drop(self, kind: str | None = None) -> None:
-        kept = []
+        """Take jobs out of the queue, all or those of a kind, and say that they are over."""
+        kept, dropped = [], []
         while True:
             try:
                 entry = self._jobs.get_nowait()
@@ -117,8 +118,12 @@ class Worker(QThread):
                 break
             if entry is None or (kind is not None and entry[1].kind != kind):
                 kept.append(entry)
+            else:
+                dropped.append(entry[1])
         for entry in kept:
             self._jobs.put(entry)
+        for job in dropped:
+            self.finished_job.emit(job, None)
 
     @Slot()
     def _take(self) -> None:

@@ -90,7 +90,7 @@ class FileCommands(Commands):
     def _save(self, path: Path | None) -> bool:
         try:
             saved = self.session.document.save(path)
-        except FlatlandError as error:
+        except (FlatlandError, OSError, ValueError) as error:
             self.dialogs.tell("The scene was not saved", str(error))
             return False
         self.editor.stack.setClean()
@@ -164,7 +164,7 @@ class FileCommands(Commands):
         assert callable(write)
         try:
             write()
-        except (FlatlandError, OSError) as error:
+        except (FlatlandError, OSError, ValueError) as error:
             self.dialogs.tell("This was not exported", str(error))
         else:
             self.say(f"wrote {path}")

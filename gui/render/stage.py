@@ -42,6 +42,18 @@ class Stage:
             layers.append(Layer(other, self.colour_of(run.scheme), width=1.3 * ratio))
         return [*layers, Layer(cut, colour, width=1.6 * ratio)]
 
+    def legend(self, view: str) -> list[tuple[str, str]]:
+        """Colours and names of what shares the cells of a view; none if nothing does."""
+        if self.session.field(view) is None or not self._overlaid(view):
+            return []
+        entries = []
+        if self.session.exact is not None:
+            entries.append((self.palette.exact, "exact"))
+        runs = self.session.overlays()
+        entries += [(self.colour_of(run.scheme), run.label) for run in runs]
+        choice = self.session.choice
+        return [*entries, (self.colour_of(choice.propagator), choice.label)]
+
     def _overlaid(self, view: str) -> bool:
         """Whether other fields share the cells of a view."""
         if view != "accumulated" or not self.session.display.look.overlay:

@@ -74,6 +74,29 @@ class Canvas(QWidget):
         paint_selection(painter, self.view_painter.items, frame, palette)
         self._paint_cells(painter, frame)
         self._paint_mouse(painter, frame)
+        self._paint_legend(painter)
+
+    def _paint_legend(self, painter: QPainter) -> None:
+        """What the colours mean, where several fields share the cells."""
+        entries = self.view_painter.stage.legend(self.view)
+        if not entries:
+            return
+        palette, metrics = self.view_painter.stage.palette, painter.fontMetrics()
+        line = metrics.height()
+        width = max(metrics.horizontalAdvance(name) for _, name in entries) + line + 14
+        paper = QColor(palette.paper)
+        paper.setAlphaF(0.88)
+        box = QRectF(self.width() - width - 6, 6, width, len(entries) * line + 8)
+        painter.setPen(QColor(palette.grid))
+        painter.setBrush(paper)
+        painter.drawRect(box)
+        for row, (colour, name) in enumerate(entries):
+            top = box.top() + 4 + row * line
+            painter.fillRect(
+                QRectF(box.left() + 6, top + 0.25 * line, 10, 0.5 * line), QColor(colour)
+            )
+            painter.setPen(QColor(palette.ink))
+            painter.drawText(QPointF(box.left() + 22, top + metrics.ascent()), name)
 
     def _paint_hint(self, painter: QPainter) -> None:
         text = self._hint()

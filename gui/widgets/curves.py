@@ -23,6 +23,14 @@ GROUPS: dict[str, tuple[tuple[str, ...], str]] = {
     "Relative error": (("mean_relative", "max_relative", "coefficients"), ""),
     "Absolute error": (("mean_absolute", "max_absolute"), "W per unit angle"),
 }
+#: Names in the legend, where the group says the rest.
+SHORT = {
+    "mean_relative": "mean",
+    "max_relative": "max",
+    "coefficients": "L2",
+    "mean_absolute": "mean",
+    "max_absolute": "max",
+}
 COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9")
 #: Most points of a line that are drawn; a screen has no more.
 _MOST = 1500
@@ -255,7 +263,7 @@ class CurvesPanel(QWidget):
         if self.kept.isChecked():
             for run in self.session.runs:
                 if run.visible:
-                    lines += self._lines(run.track, names, run.label)
+                    lines += self._lines(run.track, names, run.scheme)
         self.plot.lines, self.plot.unit = lines, unit
         self.plot.logarithmic = self.logarithmic.isChecked()
         frame = self.session.frame
@@ -273,6 +281,8 @@ class CurvesPanel(QWidget):
         for index, name in enumerate(names):
             x, y = track.series(name)
             if x and any(y):
-                title = f"{label}: {name}" if label else name
+                plain, at, level = name.partition("@")
+                title = SHORT.get(plain, plain) + (f", level {level}" if at else "")
+                title += f" ({label})" if label else ""
                 lines.append(Line(title, x, y, COLOURS[index], bool(label)))
         return lines
