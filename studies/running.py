@@ -71,16 +71,7 @@ def run_method(scene: Scene, method: Method, progress: Progress | None = None) -
     """Run a method on a scene. Raises what the simulation and its solvers raise."""
     if not isinstance(method.propagator, StencilPropagator):
         return _answer(scene, method)
-    simulation = Simulation(
-        scene,
-        method.propagator,
-        bands=method.bands,
-        precision=method.precision,
-        blocking=method.blocking,
-        strength=method.strength,
-        bounces=method.bounces,
-        lights_block=method.lights_block,
-    )
+    simulation = simulation_of(scene, method)
     simulation.inject()
     begin = time.perf_counter()
     if method.converge is not None:
@@ -94,6 +85,20 @@ def run_method(scene: Scene, method: Method, progress: Progress | None = None) -
         stopped = f"{simulation.iteration} iterations"
         details = {"iterations": simulation.iteration}
     return Run(method, simulation.accumulated, seconds, stopped, simulation.ledger, details)
+
+
+def simulation_of(scene: Scene, method: Method) -> Simulation:
+    """The simulation of a method whose propagator can be stepped."""
+    return Simulation(
+        scene,
+        method.propagator,  # type: ignore[arg-type]
+        bands=method.bands,
+        precision=method.precision,
+        blocking=method.blocking,
+        strength=method.strength,
+        bounces=method.bounces,
+        lights_block=method.lights_block,
+    )
 
 
 def _answer(scene: Scene, method: Method) -> Run:

@@ -30,6 +30,9 @@ if TYPE_CHECKING:
 @click.option("--propagator", default="lpv", show_default=True, help="A scheme's name.")
 @click.option("--option", "options", multiple=True, metavar="KEY=VALUE", help="Of the scheme.")
 @click.option("--bands", default=2, show_default=True, help="Angular bands.")
+@click.option(
+    "--resolution", default=1, show_default=True, help="Cells per cell of the scene, each axis."
+)
 @method_options
 @click.option("--reference", is_flag=True, help="Print errors against the exact answer.")
 @click.option("--surfaces", is_flag=True, help="Print errors of the light on occluders.")
@@ -44,6 +47,7 @@ def command(
     propagator: str,
     options: tuple[str, ...],
     bands: int,
+    resolution: int,
     iterations: int | None,
     converge: float | None,
     precision: str,
@@ -60,13 +64,13 @@ def command(
 ) -> None:
     """Run one method on SCENE, a built-in name or a file, and print where its light went."""
     from flatland.results import result_dataset, save_dataset
-    from flatland.scene import load_scene
+    from flatland.scene import load_scene, refined
     from propagators import create
     from studies.progress import steps_bar
     from studies.running import Method, run_method
 
     check_stopping(iterations, converge)
-    loaded = load_scene(scene)
+    loaded = refined(load_scene(scene), resolution)
     draw = _painter(loaded, image, layer)
     lighting = _surface_meter(loaded) if surfaces else None
     scheme = create(propagator, **scheme_options(options))
