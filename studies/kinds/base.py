@@ -9,7 +9,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from flatland.errors import InputError, bad_input
+from flatland.errors import bad_input
 from propagators import Option, Propagator, create
 from studies.kinds.schemes import chosen_propagators
 from studies.sweeps.case import Case
@@ -74,7 +74,8 @@ class Kind(ABC):
         self._check_keys(table)
         values = {axis.name: _values(axis, table) for axis in self.axes}
         kept = {name: _list(table[name]) for name in self.lists if name in table}
-        schemes = chosen_propagators(_list(table.get("propagators", ["lpv"])))
+        named = table.get("propagators", "lpv")
+        schemes = chosen_propagators(list(named) if isinstance(named, list | tuple) else [named])
         # Scenes first, so that cases which share an exact answer stand together.
         found = [
             case
@@ -162,6 +163,4 @@ def _values(axis: Option, table: Mapping[str, Any]) -> list[Any]:
 
 
 def _list(value: Any) -> list[Any]:
-    if isinstance(value, dict):
-        raise InputError(str(bad_input("sweep", value, "must be a value or a list, not a table")))
     return list(value) if isinstance(value, list | tuple) else [value]

@@ -68,14 +68,15 @@ def shared_reference(scene: StudyScene, bounces: bool, bands: int, folder: str) 
     written harms nobody. Raises what the analytic propagator raises.
     """
     key = reference_key(scene, bounces)
+    path = Path(folder) / f"{key}.npz" if folder else None
     known = _recent.get(key)
     if known is None or known.bands < bands:
-        path = Path(folder) / f"{key}.npz" if folder else None
         known = _read(path, scene, bounces) if path else None
-        if known is None or known.bands < bands:
-            known = _compute(scene, bounces, bands)
-            if path:
-                _keep(path, known)
+    if known is None or known.bands < bands:
+        known = _compute(scene, bounces, bands)
+        _keep(path, known)
+    elif path and not path.exists():
+        _keep(path, known)
     _recent[key] = known
     _recent.move_to_end(key)
     while len(_recent) > _KEPT:
@@ -99,7 +100,8 @@ def _compute(scene: StudyScene, bounces: bool, bands: int) -> StoredReference:
 def _read(path: Path, scene: StudyScene, bounces: bool) -> StoredReference | None:
     """None if there is no file, or none whose checksums (of the zip archive) are right."""
     try:
-        with np.load(path, allow_pickle=False) as file:
+        # NumPy leaves a damaged file open.
+        with path.open("rb") as stream, np.load(stream, allow_pickle=False) as file:
             intensity = file["intensity"] if "intensity" in file.files else None
             return StoredReference(
                 scene, bounces, file["coefficients"], int(file["bands"]), intensity
@@ -108,7 +110,9 @@ def _read(path: Path, scene: StudyScene, bounces: bool) -> StoredReference | Non
         return None
 
 
-def _keep(path: Path, reference: StoredReference) -> None:
+def _keep(path: Path | None, reference: StoredReference) -> None:
+    if path is None or not path.parent.is_dir():  # a worker of a cluster may not see the folder
+        return
     arrays: dict[str, Array] = {
         "coefficients": np.asarray(reference.field(reference.bands).values),
         "bands": np.asarray(reference.bands),
