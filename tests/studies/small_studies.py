@@ -25,6 +25,7 @@ SMALL = {
     "iterations": [0, 2, "2N"],
     "side": 4,
     "steps": 20,
+    "converge": 1e-3,
     "repeats": 1,
 }
 
@@ -65,7 +66,5 @@ def run_here(study, folder, watcher=None, **options):
     return run_study(study, folder, Serial(), watcher or Silent(), **options)
 
 
-every_builtin_study = pytest.mark.parametrize(
-    "name",
-    ["bands", "blocking", "energy", "growth", "iterations", "pareto", "resolution", "stability"],
-)
+NAMES = ("bands", "blocking", "energy", "growth", "iterations", "pareto", "resolution", "stability")
+every_builtin_study = pytest.mark.parametrize("name", NAMES)

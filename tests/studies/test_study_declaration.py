@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from small_studies import TINY, every_builtin_study, study_of
+from small_studies import NAMES, TINY, every_builtin_study, study_of
 
 from flatland.errors import InputError
 from studies.sweeps import case as case_module
@@ -102,12 +102,9 @@ def test_all_scenes_and_all_schemes():
     study = study_of({"scenes": "all-2d", "propagators": "all", "bands": 2})
     names = {case.scene.name for case in study.cases()}
     assert {"shelf", "clutter", "fig5-one-light"} <= names
-    assert {case.parameters["propagator"] for case in study.cases()} == {
-        "lpv",
-        "lpv-2009",
-        "dom4",
-        "dom8",
-    }
+    schemes = {case.parameters["propagator"] for case in study.cases()}
+    assert {"lpv", "lpv-2009", "dom4", "dom8"} <= schemes
+    assert not schemes & {"dom6", "dom26", "analytic"}
 
 
 def test_variants_are_all_different_stencils():
@@ -123,8 +120,7 @@ def test_a_study_survives_being_written(name):
 
 
 def test_the_list_of_built_in_studies_is_tested_in_full():
-    tested = every_builtin_study.args[1]
-    assert sorted(tested) == builtin_studies()
+    assert sorted(NAMES) == builtin_studies()
 
 
 @pytest.mark.parametrize(
