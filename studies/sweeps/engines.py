@@ -37,6 +37,8 @@ ONE_THREAD = {
 }
 #: A task whose worker died so often is given up.
 MOST_DEATHS = 2
+#: How long to wait for a worker that was told to end [s].
+_PATIENCE = 10
 
 
 @dataclass(frozen=True)
@@ -117,11 +119,13 @@ class Processes(Engine):
         return ProcessPoolExecutor(self.slots, context, initializer=_begin_worker)
 
     def close(self, executor: Executor, at_once: bool) -> None:
+        children = set(multiprocessing.active_children()) - self._others
+        executor.shutdown(wait=not at_once, cancel_futures=True)
         if at_once:
-            executor.shutdown(wait=False, cancel_futures=True)
-            for child in set(multiprocessing.active_children()) - self._others:
+            for child in children:
                 child.terminate()
-        executor.shutdown(wait=True)
+            for child in children:
+                child.join(_PATIENCE)
         for name, value in self._before.items():
             if value is None:
                 os.environ.pop(name, None)
