@@ -105,18 +105,13 @@ def _values(changes: tuple[str, ...]) -> dict[str, Any]:
 
 
 def _engine(jobs: int | None, dask: str | None) -> Engine:
-    from flatland.errors import bad_input
-    from studies.machine import describe_machine
-    from studies.sweeps.engines import Processes, Serial
+    from studies.sweeps.engines import local_engine
 
-    if dask is not None:
-        from studies.sweeps.dask_engine import Dask
+    if dask is None:
+        return local_engine(jobs)
+    from studies.sweeps.dask_engine import Dask
 
-        return Dask(dask)
-    count = describe_machine()["processors"] if jobs is None else jobs
-    if count < 1:
-        raise bad_input("--jobs", count, "must be at least 1")
-    return Serial() if count == 1 else Processes(count)
+    return Dask(dask)
 
 
 def _run(study: Study, folder: Path, engine: Engine, retry: bool) -> Outcome:

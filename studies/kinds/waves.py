@@ -17,10 +17,8 @@ Array = NDArray[np.float64]
 
 #: Waves per direction, from the longest to the shortest that a grid holds.
 WAVES = 48
-DIRECTIONS: dict[str, tuple[float, ...]] = {
-    2: {"axis": (1, 0), "diagonal": (1, 1)},
-    3: {"axis": (1, 0, 0), "diagonal": (1, 1, 1)},
-}
+#: Components up to π, beyond which waves repeat, so that diagonal waves are shorter.
+DIRECTIONS: dict[str, tuple[float, ...]] = {"axis": (1.0, 0.0, 0.0), "diagonal": (1.0, 1.0, 1.0)}
 
 
 class Waves(OnSymbols):
@@ -53,16 +51,14 @@ class Waves(OnSymbols):
 
     def rows(self, case: Case, references: str) -> Iterator[Row]:
         stencil = stencil_of(case.parameters)
-        for name, direction in DIRECTIONS[case.parameters["dimension"]].items():
-            # Components up to π, beyond which waves repeat; half a step off k = 0, where light
-            # that never fades has no finite response.
-            sizes = (np.arange(WAVES) + 0.5) * np.pi / WAVES
-            vectors = sizes[:, None] * np.array(direction, float)
+        # Half a step off k = 0, where light that never fades has no finite response.
+        sizes = (np.arange(WAVES) + 0.5) * np.pi / WAVES
+        for name, direction in DIRECTIONS.items():
+            vectors = sizes[:, None] * np.array(direction[: case.parameters["dimension"]])
             for vector, row in zip(vectors, wave_rows(stencil, vectors)):
                 shown = f"print(abs(eigvals(stencil.symbol({vector.tolist()}))).max())"
-                command = python_command(
-                    case.parameters, f"from numpy.linalg import eigvals; {shown}"
-                )
+                ending = f"from numpy.linalg import eigvals; {shown}"
+                command = python_command(case.parameters, ending)
                 yield {"direction": name, **row, "command": command}
 
 

@@ -24,7 +24,8 @@ from concurrent.futures import (
 from dataclasses import dataclass
 from typing import Any
 
-from flatland.errors import FlatlandError
+from flatland.errors import FlatlandError, bad_input
+from studies.machine import describe_machine
 
 #: One thread a worker: pools of threads in a pool of processes fight for the processors. Set
 #: before a worker starts, as libraries read them when they are loaded.
@@ -144,6 +145,17 @@ def _die_with_parent() -> None:
     if parent is not None:
         parent.join()
         os._exit(1)
+
+
+def local_engine(jobs: int | None = None) -> Engine:
+    """This machine: so many processes, all processors if None; with 1, this process alone.
+
+    Raises InputError.
+    """
+    count = describe_machine()["processors"] if jobs is None else jobs
+    if count < 1:
+        raise bad_input("--jobs", count, "must be at least 1")
+    return Serial() if count == 1 else Processes(count)
 
 
 def drive(engine: Engine, tasks: Iterable[Task]) -> Generator[tuple[Task, Any], None, None]:
