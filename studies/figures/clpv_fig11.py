@@ -24,6 +24,7 @@ SCENE, BANDS, TOLERANCE = "shelf", 2, 1e-8
 WALLS = {
     "no blocking": ("none", 1.0),
     "fuzzy blocking": ("fuzzy", 1.0),
+    "fuzzy, strength 1.5": ("fuzzy", 1.5),
     "fuzzy, strength 2": ("fuzzy", 2.0),
     "exact blocking": ("exact", 1.0),
 }
@@ -57,7 +58,5 @@ def draw(data: dict[str, xr.Dataset]) -> dict[str, Figure]:
         image = draw_flux(axes, snapshots, name, top)
         share = float(snapshots["leak"].sel(snapshot=name))
         axes.set_title(f"{name}\n{100 * share:.1f} % in the dark", fontsize=6)
-    for axes in grid.flat[len(names) :]:
-        axes.remove()
     flux_bar(figure, grid, image)
     return {"": figure}

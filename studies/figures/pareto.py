@@ -19,7 +19,7 @@ from studies.figures.curves import legend_above, plain_log, present
 from studies.figures.workshop import Workshop, good_rows
 from studies.style import COLUMN, Style, line_of
 
-PARTS = ("rows",)
+PARTS = ("rows", "decades")
 
 
 def compute(workshop: Workshop) -> dict[str, xr.Dataset]:
@@ -31,7 +31,22 @@ def compute(workshop: Workshop) -> dict[str, xr.Dataset]:
         own = np.flatnonzero(rows["scene"].values == scene)
         on_front[own] = front(rows["seconds"].values[own], rows["angular"].values[own])
     meaning = "no other run on the scene is both faster and closer over all directions"
-    return {"rows": rows.assign(front=("row", on_front, {"long_name": meaning}))}
+    marked = rows.assign(front=("row", on_front, {"long_name": meaning}))
+    return {"rows": marked, "decades": best_per_decade(marked)}
+
+
+def best_per_decade(rows: xr.Dataset) -> xr.Dataset:
+    """The row with the least error for each scene and power of ten of the run time, in order."""
+    decades = np.floor(np.log10(rows["seconds"].values)).astype(int)
+    places = zip(rows["scene"].values.tolist(), decades.tolist(), rows["angular"].values)
+    best: dict[tuple[str, int], int] = {}
+    for place, (scene, decade, error) in enumerate(places):
+        known = best.get((scene, decade))
+        if known is None or error < rows["angular"].values[known]:
+            best[scene, decade] = place
+    chosen = [best[key] for key in sorted(best)]
+    meaning = "power of ten of the run time"
+    return rows.isel(row=chosen).assign(decade=("row", decades[chosen], {"long_name": meaning}))
 
 
 def front(seconds: ArrayLike, errors: ArrayLike) -> NDArray[np.bool_]:

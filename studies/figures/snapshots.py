@@ -107,12 +107,9 @@ def flux_bar(figure: Figure, grid: NDArray[Any], image: Any) -> None:
     """One bar below all maps, and names of axes beside the outer ones."""
     for row in grid:
         row[0].set_ylabel("y [m]", fontsize=6)
-    for column in grid.T:
-        axes = [each for each in column if each.figure is not None][-1]
+    for axes in grid[-1]:
         axes.set_xlabel("x [m]", fontsize=6)
-        axes.tick_params(labelbottom=True)
-    shown = [axes for axes in grid.flat if axes.figure is not None]
-    bar = figure.colorbar(image, ax=shown, location="bottom", aspect=40, pad=0.02)
+    bar = figure.colorbar(image, ax=grid, location="bottom", aspect=40, pad=0.02)
     bar.set_label("flux that leaves a cell [W]")
 
 

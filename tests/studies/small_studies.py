@@ -2,6 +2,12 @@
 
 from __future__ import annotations
 
+import atexit
+import shutil
+import tempfile
+from functools import cache
+from pathlib import Path
+
 import pytest
 
 from studies.sweeps.engines import Serial
@@ -64,6 +70,17 @@ class Silent:
 def run_here(study, folder, watcher=None, **options):
     """Run a study in this process."""
     return run_study(study, folder, Serial(), watcher or Silent(), **options)
+
+
+@cache
+def small_dataset(name):
+    """The data set file of a small built-in study, run once for all tests of a process."""
+    folder = Path(tempfile.mkdtemp(prefix="small-study-"))
+    atexit.register(shutil.rmtree, folder, ignore_errors=True)
+    outcome = run_here(small(name), folder)
+    assert [reason for _, reason in outcome.failed] == []
+    assert outcome.done == len(small(name).cases()) > 0
+    return outcome.dataset
 
 
 NAMES = ("bands", "blocking", "energy", "growth", "iterations", "pareto", "resolution", "stability")

@@ -13,49 +13,18 @@ import time
 
 import pytest
 import xarray as xr
-from small_studies import TINY, Silent, study_of
+from small_studies import TINY, Silent, run_here, study_of
+from worker_calls import die, die_at_first, double, fail, nap, threads
 
 from flatland.results import load_dataset
 from studies.command_line import _run
-from studies.sweeps import runner
+from studies.sweeps import engines, runner
 from studies.sweeps.engines import Death, EngineLostError, Processes, Serial, Task, drive
 from studies.sweeps.runner import run_study
 from studies.sweeps.table import stable_part
 
 _MAIN = "from studies.command_line import main; main()"
 SWEEP = {"scenes": "tiny", "propagators": ["lpv", "dom8"], "bands": [1, 2, 3], "iterations": [2]}
-
-
-# Calls for workers; they must be importable, so they stand here.
-
-
-def double(number):
-    return 2 * number
-
-
-def fail(text):
-    raise KeyError(text)
-
-
-def die(*_):
-    os.kill(os.getpid(), signal.SIGKILL)
-
-
-def die_at_first(path):
-    """Leaves a mark, then dies if there was none."""
-    if path.exists():
-        return "lived"
-    path.touch()
-    return die()
-
-
-def nap(_):
-    time.sleep(0.2)
-    return "woke"
-
-
-def threads():
-    return os.environ["FLATLAND_THREADS"], os.environ["OMP_NUM_THREADS"], os.getpid()
 
 
 def answers(engine, *tasks):
@@ -65,7 +34,9 @@ def answers(engine, *tasks):
     return [dict(found)[task.key] for task in named]
 
 
-@pytest.mark.parametrize("engine", [Serial(), Processes(2)], ids=lambda engine: engine.name)
+@pytest.mark.parametrize(
+    "engine", [Serial(), pytest.param(Processes(2), marks=pytest.mark.slow)], ids=["serial", "two"]
+)
 def test_every_task_gets_its_answer_and_errors_are_deaths(engine):
     found = answers(engine, (double, 1), (fail, "why"), (double, 3))
     assert found == [2, Death("KeyError: 'why'"), 6]
@@ -125,6 +96,7 @@ def test_a_lost_engine_is_no_failed_case():
 
 def test_a_case_whose_worker_dies_is_recorded_as_failed(tmp_path, monkeypatch):
     monkeypatch.setattr(runner, "run_case", die)
+    monkeypatch.setattr(engines, "MOST_DEATHS", 1)
     study = study_of({"scenes": "tiny", "bands": 2, "reference": False})
     outcome = run_study(study, tmp_path, Processes(1), Silent())
     ((_, reason),) = outcome.failed
@@ -191,7 +163,7 @@ def kill_and_resume(study_file, tmp_path, kills, jobs):
 
 
 def test_a_killed_study_resumed_gives_the_undisturbed_data_set(study_file, tmp_path):
-    finished(started(study_file, tmp_path / "calm", "--jobs", "1"))
+    run_here(study_of(SWEEP, tiny=TINY), tmp_path / "calm")
     for folder in kill_and_resume(study_file, tmp_path, kills=2, jobs=1):
         assert_same_data(folder, tmp_path / "calm")
         assert not list(folder.rglob(".*"))
@@ -207,8 +179,8 @@ def test_twenty_kills_change_no_number(study_file, tmp_path):
 
 def test_an_interrupt_keeps_what_is_finished_and_says_how_to_go_on(study_file, tmp_path):
     folder = tmp_path / "folder"
-    text = study_file.read_text(encoding="utf-8").replace("bands = [1, 2, 3]", "bands = [1, 2, 9]")
-    study_file.write_text(text.replace("iterations = [2]", "iterations = [2, 2000000]"))
+    text = study_file.read_text(encoding="utf-8")
+    study_file.write_text(text.replace("iterations = [2]", "iterations = [2, 400000]"))
     process = started(study_file, folder, "--jobs", "1")
     wait_for_cases(folder, 1, process)
     os.killpg(process.pid, signal.SIGINT)  # as a terminal does
@@ -255,7 +227,7 @@ def test_a_dask_worker_killed_in_the_middle_costs_no_case(study_file, tmp_path, 
     workers[0].kill()
     assert len(list((folder / "cases").iterdir())) < 6
     assert "6 cases done" in finished(process)
-    finished(started(study_file, tmp_path / "calm", "--jobs", "1"))
+    run_here(study_of(SWEEP, tiny=TINY), tmp_path / "calm")
     assert_same_data(folder, tmp_path / "calm")
 
 

@@ -9,7 +9,7 @@ import shlex
 import numpy as np
 import pytest
 import xarray as xr
-from small_studies import Silent, every_builtin_study, run_here, small, study_of
+from small_studies import Silent, every_builtin_study, run_here, small_dataset, study_of
 
 import propagators
 from flatland.results import load_dataset
@@ -32,12 +32,8 @@ def no_references_in_memory():
 
 
 @every_builtin_study
-def test_a_small_version_of_every_study_runs(name, tmp_path):
-    study = small(name)
-    outcome = run_here(study, tmp_path)
-    assert [reason for _, reason in outcome.failed] == []
-    assert outcome.done == len(study.cases()) > 0
-    data = load_dataset(outcome.dataset)
+def test_a_small_version_of_every_study_runs(name):
+    data = load_dataset(small_dataset(name))
     assert set(data["status"].values) == {DONE}
     known = {name for kind in set(data["kind"].values) for name in find_kind(kind).columns}
     assert set(data.data_vars) <= known | set(COMMON)
