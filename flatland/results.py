@@ -106,7 +106,11 @@ def load_dataset(path: str | os.PathLike[str]) -> xr.Dataset:
 
 
 def write_atomically(path: str | os.PathLike[str], write: Any) -> Path:
-    """Call write(temporary path) in the target's folder, then put the file in its place."""
+    """Call write(temporary path) in the target's folder, then put the file in its place.
+
+    The content is on the disk before the name is: after a kill or a power cut there is the old
+    file, the new one or none. Raises ResultFileError naming the file and the reason.
+    """
     target = Path(path)
     place = None
     if "\0" in str(target):
@@ -120,7 +124,9 @@ def write_atomically(path: str | os.PathLike[str], write: Any) -> Path:
         place = Path(name)
         write(place)
         place.chmod(0o666 & ~_umask())
+        _flush(place)
         place.replace(target)
+        _flush(target.parent)
     except OSError as error:
         message = f"{target}: cannot be written: {error.strerror or error}"
         raise ResultFileError(message) from None
@@ -128,6 +134,17 @@ def write_atomically(path: str | os.PathLike[str], write: Any) -> Path:
         if place is not None:
             place.unlink(missing_ok=True)
     return target
+
+
+def _flush(path: Path) -> None:
+    """Wait until a file, or the names in a folder, are on the disk."""
+    if path.is_dir() and os.name == "nt":  # folders cannot be opened there
+        return
+    handle = os.open(path, os.O_RDONLY if path.is_dir() else os.O_RDWR)
+    try:
+        os.fsync(handle)
+    finally:
+        os.close(handle)
 
 
 def _umask() -> int:

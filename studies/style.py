@@ -16,7 +16,19 @@ from flatland.errors import bad_input
 from flatland.results import write_atomically
 from studies.lines import LINES, line_of
 
-__all__ = ["COLUMN", "FORMATS", "LINES", "PAGE", "figure_style", "line_of", "save_figure"]
+__all__ = [
+    "COLUMN",
+    "FORMATS",
+    "LINES",
+    "PAGE",
+    "curve_style",
+    "figure_style",
+    "line_of",
+    "save_figure",
+]
+
+#: Arguments of Matplotlib's drawing calls.
+Style = dict[str, Any]
 
 #: Widths of a column and of a page of text [inch].
 COLUMN, PAGE = 85 / 25.4, 175 / 25.4
@@ -31,12 +43,28 @@ _SETTINGS: dict[Any, Any] = {
     "ytick.labelsize": 6,
     "legend.fontsize": 6,
     "axes.linewidth": 0.5,
+    "axes.grid": False,
+    "xtick.major.width": 0.5,
+    "ytick.major.width": 0.5,
+    "xtick.minor.width": 0.3,
+    "ytick.minor.width": 0.3,
+    "legend.frameon": False,
+    "legend.handlelength": 2.6,
     "lines.linewidth": 0.8,
     "savefig.dpi": 300,
     "pdf.fonttype": 42,
     "svg.hashsalt": "flatland",
     "image.cmap": "cividis",
 }
+
+
+def curve_style(name: str, marked: bool = True) -> Style:
+    """Arguments of `Axes.plot` for a method's curve; `marked`: with a marker at each point."""
+    line = line_of(name)
+    marker: Style = (
+        {"marker": line.marker, "markersize": 2.6, "markeredgewidth": 0.5} if marked else {}
+    )
+    return {"color": line.colour, "linestyle": line.curve, **marker}
 
 
 @contextmanager

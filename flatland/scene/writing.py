@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Mapping
 from typing import Any
 
@@ -36,11 +37,19 @@ def _is_tables(value: Any) -> bool:
 
 
 def _block(table: Mapping[str, Any]) -> str:
-    return "".join(f"{key} = {_value(value)}\n" for key, value in table.items())
+    return "".join(f"{_key(key)} = {_value(value)}\n" for key, value in table.items())
+
+
+def _key(name: str) -> str:
+    """A key, in quotes where TOML wants them."""
+    return name if re.fullmatch(r"[A-Za-z0-9_-]+", name) else _value(name)
 
 
 def _value(value: Any) -> str:
-    """A value of a scene: text, truth value, number, or a list of these."""
+    """Text, truth value, number, or a list or an inline table of these."""
+    if isinstance(value, Mapping):
+        pairs = (f"{_key(key)} = {_value(entry)}" for key, entry in value.items())
+        return f"{{ {', '.join(pairs)} }}"
     if isinstance(value, str):
         # JSON escapes all that TOML wants escaped, but for DEL.
         return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")

@@ -33,6 +33,9 @@ if TYPE_CHECKING:
 @click.option("--propagator", default="lpv", show_default=True, help="A scheme's name.")
 @click.option("--option", "options", multiple=True, metavar="KEY=VALUE", help="Of the scheme.")
 @click.option("--bands", default=2, show_default=True, help="Angular bands.")
+@click.option(
+    "--resolution", default=1, show_default=True, help="Cells per cell of the scene, each axis."
+)
 @method_options
 @level_options
 @click.option(
@@ -54,6 +57,7 @@ def command(
     propagator: str,
     options: tuple[str, ...],
     bands: int,
+    resolution: int,
     iterations: int | None,
     converge: float | None,
     precision: str,
@@ -73,13 +77,13 @@ def command(
     """Run one method on SCENE, a built-in name or a file, and print where its light went."""
     from flatland.errors import bad_input
     from flatland.results import result_dataset, save_dataset
-    from flatland.scene import load_scene
+    from flatland.scene import load_scene, refined
     from propagators import create
     from studies.progress import steps_bar
     from studies.running import Method, run_method
 
     check_stopping(iterations, converge)
-    loaded = load_scene(scene)
+    loaded = refined(load_scene(scene), resolution)
     rules = level_values(octree)
     shown = read_view(view, rules["levels"])
     if image is None and view != "merged":
