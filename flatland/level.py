@@ -144,6 +144,11 @@ class Level:
         if count > 0:
             self.require_tame()
 
+    @property
+    def tame(self) -> bool:
+        """Whether light has not grown wild."""
+        return self.dark or all(state.tame for state in self.states)
+
     def require_tame(self) -> None:
         """Raise InstabilityError once light has grown wild, so that it never overflows."""
         for state in () if self.dark else self.states:

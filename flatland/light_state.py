@@ -82,9 +82,14 @@ class LightState:
         self.norm = float(np.sqrt(sums.squares[-1]))
         return sums
 
+    @property
+    def tame(self) -> bool:
+        """Whether the light has not grown wild."""
+        return self.norm <= LARGEST_GROWTH * self.start_norm
+
     def require_tame(self, iteration: int) -> None:
         """Raise InstabilityError if the light has grown wild; the state stays as it is."""
-        if not self.norm <= LARGEST_GROWTH * self.start_norm:
+        if not self.tame:
             growth = self.norm / self.start_norm
             message = (
                 f"the light has grown by a factor {growth:.1e} at iteration {iteration}: the "

@@ -179,7 +179,10 @@ class Octree:
         return report
 
     def level(self, number: int) -> Level:
-        """A level, brought to where all others are."""
+        """A level, brought to where all others are.
+
+        Raises InstabilityError once if its light grows wild on the way; it stops there.
+        """
         self._catch_up(number)
         return self.levels[number]
 
@@ -188,7 +191,7 @@ class Octree:
         if goal.tolerance is not None:
             if not level.solved:
                 level.solve(goal.tolerance, goal.method)
-        else:
+        elif level.tame:  # wild light stays where it was stopped, to be looked at
             level.run(self._own_steps(number, goal) - level.iteration)
 
     def _own_steps(self, number: int, goal: _Goal) -> int:

@@ -6,7 +6,7 @@ from scenes import LPV, SHAPE, after, assert_same_state, coloured, quiet, scene_
 
 import flatland.memory
 import propagators
-from flatland.errors import InputError, SchemeWarning
+from flatland.errors import InputError, InstabilityError, SchemeWarning
 from flatland.octree import halved
 from flatland.scene import Scene
 from flatland.simulation import Simulation
@@ -345,3 +345,17 @@ def test_levels_count_in_the_memory_that_is_asked_for(monkeypatch):
     # 3 fields a level of a quarter of the cells each, and the pattern on level 0.
     assert found[1] / found[0] == pytest.approx((3 * 1.25 + 1) / 4, rel=0.1)
     assert found[2] / found[0] == pytest.approx((3 * 4 / 3 + 1) / 4, rel=0.1)
+
+
+def test_levels_whose_light_grows_wild_stop_and_can_be_looked_at():
+    scheme = propagators.create("dom4", emission="delta")
+    scene = scene_of([{"kind": "cell", "cell": [16, 16], "flux": 1.0}], (33, 33))
+    simulation = quiet(scheme, scene, bands=3, levels=3, skip=False)
+    with pytest.raises(InstabilityError, match="grown by a factor"):
+        simulation.run(3000)
+    assert 0 < simulation.iteration < 3000
+    for number in range(3):
+        assert np.all(np.isfinite(level_values(simulation, number)))
+    assert np.all(np.isfinite(simulation.merge().values))
+    with pytest.raises(InstabilityError):
+        simulation.step()
