@@ -46,10 +46,10 @@ def test_ordinates_with_bins_diffuse_if_the_number_of_bands_is_odd(bands, power)
 def test_straight_flight_counts_a_ray_in_every_cell_it_leaves():
     """Rays from a cell's middle, the cells they leave counted, one wave of the count.
 
-    Fading by exp(−ε length) makes the sum finite. The exact answer for long waves is met to half a
+    Fading by exp(−ε length) makes the sum finite and adds some 2 %. The exact answer for long waves is met to half a
     cell: the source's own, which light leaves from its middle.
     """
-    rng, wave, fading, rays = np.random.default_rng(5), 0.1, 0.004, 3000
+    rng, wave, fading, rays = np.random.default_rng(5), 0.2, 0.001, 1500
     total = 0.0
     for angle in 2 * np.pi * (np.arange(rays) + rng.uniform(size=rays)) / rays:
         x, y = np.cos(angle), np.sin(angle)
@@ -60,7 +60,7 @@ def test_straight_flight_counts_a_ray_in_every_cell_it_leaves():
         columns = np.rint((left_at[:-1] + left_at[1:]) / 2 * x)  # of the cell between two crossings
         total += np.sum(np.cos(wave * columns) * np.exp(-fading * left_at[1:]))
     exact = exact_response(np.array([wave, 0.0]))
-    assert total / rays == pytest.approx(exact + 0.5, abs=0.2)
+    assert total / rays == pytest.approx(exact + 0.5, abs=0.15)
 
 
 def test_measured_growth_nears_the_radius_from_below(tmp_path):
