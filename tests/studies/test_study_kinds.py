@@ -46,8 +46,8 @@ def test_ordinates_with_bins_diffuse_if_the_number_of_bands_is_odd(bands, power)
 def test_straight_flight_counts_a_ray_in_every_cell_it_leaves():
     """Rays from a cell's middle, the cells they leave counted, one wave of the count.
 
-    Fading by exp(−ε length) makes the sum finite and adds some 2 %. The exact answer for long waves is met to half a
-    cell: the source's own, which light leaves from its middle.
+    Fading by exp(−ε length) makes the sum finite and adds some 2 %. The exact answer for long
+    waves is met to half a cell: the source's own, which light leaves from its middle.
     """
     rng, wave, fading, rays = np.random.default_rng(5), 0.2, 0.001, 1500
     total = 0.0
