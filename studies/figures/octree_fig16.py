@@ -14,14 +14,14 @@ from matplotlib.figure import Figure
 from flatland.field import Field
 from flatland.scene import load_scene
 from propagators import create
-from studies.figures.octree_fig3 import SCENE, without_walls
+from studies.figures.octree_fig3 import SCENE, window_of, without_walls
 from studies.figures.snapshots import draw_snapshot, snapshot_data
 from studies.figures.workshop import Workshop
 from studies.running import Method
 from studies.style import COLUMN
 
 PARTS = ("snapshots",)
-WINDOW = (13, 20, 13, 20)
+REACH = 3
 STEPS = (0, 2, 3)
 _COMMAND = "flatland run {} --propagator lpv --bands 2 --blocking none --iterations {}"
 
@@ -47,7 +47,7 @@ def draw(data: dict[str, xr.Dataset]) -> dict[str, Figure]:
     names = [str(name) for name in snapshots["snapshot"].values]
     figure = Figure(figsize=(COLUMN, 0.38 * COLUMN), layout="constrained")
     for axes, name in zip(figure.subplots(1, len(names)), names):
-        draw_snapshot(axes, snapshots, name, WINDOW)
+        draw_snapshot(axes, snapshots, name, window_of(snapshots, REACH))
         share = float(snapshots["behind"].sel(snapshot=name))
         axes.set_title(f"{name} steps: {100 * share:.1f} % behind")
     return {"": figure}

@@ -10,7 +10,7 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from flatland.field import Field
-from flatland.scene import load_scene
+from flatland.scene import load_scene, parse_scene
 from propagators import create
 from studies.figures.snapshots import draw_snapshot, snapshot_data
 from studies.figures.workshop import Workshop
@@ -19,7 +19,8 @@ from studies.style import COLUMN
 
 PARTS = ("snapshots",)
 SCENE, STEPS = "back-bleeding", 4
-WINDOW = (12, 21, 12, 21)
+#: Cells shown on each side of the lit one.
+REACH = 4
 _COMMAND = "flatland run {} --propagator lpv --bands 2 --blocking none --iterations {}"
 
 
@@ -40,9 +41,17 @@ def draw(data: dict[str, xr.Dataset]) -> dict[str, Figure]:
     snapshots = without_walls(data["snapshots"])
     figure = Figure(figsize=(COLUMN, 0.78 * COLUMN), layout="constrained")
     for axes, name in zip(figure.subplots(2, 3).flat, snapshots["snapshot"].values):
-        draw_snapshot(axes, snapshots, str(name), WINDOW)
+        draw_snapshot(axes, snapshots, str(name), window_of(snapshots, REACH))
         axes.set_title(f"$S_{{{str(name)[1:]}}}$")
     return {"": figure}
+
+
+def window_of(data: xr.Dataset, reach: int) -> tuple[float, float, float, float]:
+    """Left, right, bottom and top [m] of the cells within `reach` of the scene's lit one."""
+    scene = parse_scene(data.attrs["scene"])
+    x, y = scene.grid.cell_center(scene.lights[0].cell)  # type: ignore[attr-defined]
+    half = (reach + 0.5) * scene.grid.spacing
+    return x - half, x + half, y - half, y + half
 
 
 def without_walls(data: xr.Dataset) -> xr.Dataset:

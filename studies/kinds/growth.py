@@ -60,7 +60,7 @@ class Growth(Kind):
         "radius": Column(float, "spectral radius of the (linear) scheme"),
         "wild": Column(bool, "whether the run was stopped because light grew wild"),
         "finite": Column(bool, "whether every number of the state is finite"),
-        "closure": Column(float, "what the flux ledger misses, over the flux emitted"),
+        "closure": Column(float, "what the flux ledger misses, over its largest entry"),
         "command": Column(str, "what computes the row again"),
     }
 
@@ -140,8 +140,9 @@ def _rate(before: float, after: float, steps: int) -> float:
 
 
 def _closure(simulation: Simulation) -> float:
-    ledger = simulation.ledger
-    return float(np.abs(ledger.closure) / ledger.emitted)
+    entries = {name: float(value) for name, value in simulation.ledger.as_dict().items()}
+    missing = abs(entries.pop("closure"))
+    return missing / max(map(abs, entries.values()))
 
 
 def _command(case: Case, steps: int) -> str:

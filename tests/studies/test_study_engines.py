@@ -94,6 +94,7 @@ def test_a_lost_engine_is_no_failed_case():
         answers(Lost(), (double, 1))
 
 
+@pytest.mark.slow
 def test_a_case_whose_worker_dies_is_recorded_as_failed(tmp_path, monkeypatch):
     monkeypatch.setattr(runner, "run_case", die)
     monkeypatch.setattr(engines, "MOST_DEATHS", 1)

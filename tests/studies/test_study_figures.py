@@ -67,8 +67,8 @@ def test_a_figure_is_drawn_from_its_data_alone_a_column_wide(name, stored):
         assert figure.axes
 
 
-#: Drawing takes time: all figures are looked at closely by the slow tests, two always.
-_SOON = ("drift", "clpv-fig11")
+#: Drawing takes time: all figures are looked at closely by the slow tests, one always.
+_SOON = ("drift",)
 _LATER = [pytest.param(name, marks=pytest.mark.slow) for name in FIGURES if name not in _SOON]
 some_soon = pytest.mark.parametrize("name", [*_SOON, *_LATER])
 
