@@ -55,8 +55,8 @@ def _evaluate(
 def peaks(basis: AngularBasis, axes: tuple[int, int], values: NDArray[np.floating]) -> Floats:
     """Largest size of the intensity over directions in the plane, (...) for values (size, ...).
 
-    Sampled 12 times per band: 1 - cos(π/12) = 3.4 % too small at most, less than a lobe at full size
-    keeps from the side of its cell.
+    Sampled 12 times per band: 1 - cos(π/12) = 3.4 % too small at most, less than what a lobe at
+    full size keeps from the side of its cell.
     """
     flat = np.ascontiguousarray(values, np.float32).reshape(len(values), -1)
     found = np.zeros(flat.shape[1], np.float32)
