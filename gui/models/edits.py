@@ -130,10 +130,20 @@ def starting_table(name: str, kind: str, grid: Grid, plane: Plane) -> Table:
     table: Table = {"kind": kind}
     used = 0
     for spec in specs_of_kind(name, kind):
-        if spec.required or (kind, spec.key) == ("area", "flux"):
-            table[spec.key] = _first_value(spec, grid, plane, used)
+        wanted = spec.required or (kind, spec.key) == ("area", "flux")
+        value = _first_value(spec, grid, plane, used)
+        if wanted or (spec.optional and spec.kind in ("point", "points") and _fits(spec, value)):
+            table[spec.key] = value
             used += spec.kind in ("point", "points")
     return table
+
+
+def _fits(spec: FieldSpec, value: Any) -> bool:
+    """Whether a key takes points of this dimension; kinds for both may have a key for each."""
+    try:
+        return spec.check is not None and spec.check(value) is not None
+    except ValueError:
+        return False
 
 
 def _first_value(spec: FieldSpec, grid: Grid, plane: Plane, used: int) -> Any:
