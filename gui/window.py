@@ -269,6 +269,7 @@ class Window(QMainWindow):
         self.slice_bar.refresh()
         self.scale_bar.refresh()
         self.inspector.refresh()
+        self._refresh_titles()
         self.refresh_actions()
 
     def _show_scene(self) -> None:

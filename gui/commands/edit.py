@@ -12,7 +12,7 @@ from flatland.errors import FlatlandError
 from flatland.scene.writing import tables_to_toml
 from gui.commands.base import Commands
 from gui.models import edits
-from gui.models.fields import REGISTRIES
+from gui.models.fields import REGISTRIES, specs_of_kind
 from gui.models.toml_text import tables_of
 
 #: Items on the clipboard, as JSON.
@@ -154,11 +154,12 @@ class EditCommands(Commands):
         """A new item in the middle of the view, selected, ready to be changed."""
         grid, plane = self.session.scene.grid, self.session.plane
         table = edits.starting_table(name, kind, grid, plane)
-        if kind == "file":
-            path = self.dialogs.open_path("Data file", "Data (*.npy *.npz)")
-            if path is None:
-                return
-            table["file"] = str(path)
+        for spec in specs_of_kind(name, kind):
+            if spec.kind == "file" and spec.required:
+                path = self.dialogs.open_path(f"File of the {kind}", "All files (*)")
+                if path is None:
+                    return
+                table[spec.key] = str(path)
         text, places = edits.add(self.session.document.text, name, [table])
         if self.edit_text(f"Add {kind} {name}", text, tuple(places)):
             self.window.docks["Scene"].show()

@@ -129,12 +129,21 @@ def starting_table(name: str, kind: str, grid: Grid, plane: Plane) -> Table:
     """A new item in the middle of the grid, from what its kind declares."""
     table: Table = {"kind": kind}
     used = 0
-    shape = ("start", "end") if grid.dimension == 2 else ("vertices",)
     for spec in specs_of_kind(name, kind):
-        if spec.required or (kind == "area" and spec.key in ("flux", *shape)):
-            table[spec.key] = _first_value(spec, grid, plane, used)
+        wanted = spec.required or (kind, spec.key) == ("area", "flux")
+        value = _first_value(spec, grid, plane, used)
+        if wanted or (spec.optional and spec.kind in ("point", "points") and _fits(spec, value)):
+            table[spec.key] = value
             used += spec.kind in ("point", "points")
     return table
+
+
+def _fits(spec: FieldSpec, value: Any) -> bool:
+    """Whether a key takes points of this dimension; kinds for both may have a key for each."""
+    try:
+        return spec.check is not None and spec.check(value) is not None
+    except ValueError:
+        return False
 
 
 def _first_value(spec: FieldSpec, grid: Grid, plane: Plane, used: int) -> Any:

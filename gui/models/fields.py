@@ -10,34 +10,34 @@ from typing import Any, Literal, get_args, get_origin
 from pydantic import BaseModel, PlainValidator
 from pydantic.fields import FieldInfo
 
-from flatland.injectors import INJECTORS, values
+from flatland.injectors import INJECTORS
 from flatland.occluders import OCCLUDERS
 
 #: Lists of a scene, with the registry of their kinds.
 REGISTRIES: dict[str, dict[str, Any]] = {"light": INJECTORS, "occluder": OCCLUDERS}
 
-#: Which kind of value a check stands for; others are edited as TOML text.
-_KINDS: dict[Callable[..., Any], str] = {
-    values.check_spacing: "number",
-    values.check_point: "point",
-    values.check_space_point: "point",
-    values.check_origin: "vector",
-    values.check_position: "point",
-    values.check_direction: "direction",
-    values.check_positive: "length",
-    values.check_quad: "points",
-    values.check_space_vertices: "points",
-    values.check_mesh_name: "file",
-    values.check_texels: "whole",
-    values.check_sides: "whole",
-    values.check_vertices: "points",
-    values.check_whole: "whole",
-    values.check_cell: "cell",
-    values.check_shape: "cell",
-    values.check_per_colour: "per colour",
-    values.check_share: "per colour",
-    values.check_text: "text",
-    values.check_file_name: "file",
+#: Which kind of value a check stands for, by its name; others are edited as TOML text.
+_KINDS = {
+    "check_spacing": "number",
+    "check_positive": "length",
+    "check_point": "point",
+    "check_space_point": "point",
+    "check_origin": "vector",
+    "check_position": "point",
+    "check_direction": "direction",
+    "check_texels": "whole",
+    "check_sides": "whole",
+    "check_vertices": "points",
+    "check_space_vertices": "points",
+    "check_quad": "points",
+    "check_whole": "whole",
+    "check_cell": "cell",
+    "check_shape": "cell",
+    "check_per_colour": "per colour",
+    "check_share": "per colour",
+    "check_text": "text",
+    "check_file_name": "file",
+    "check_mesh_name": "file",
 }
 
 
@@ -82,7 +82,9 @@ def _spec(key: str, field: FieldInfo) -> FieldSpec:
     required = field.is_required()
     default = None if required else field.get_default(call_default_factory=True)
     check: Any = next((m.func for m in field.metadata if isinstance(m, PlainValidator)), None)
-    kind, choices = _KINDS.get(check, "toml") if check else "toml", ()
+    kind, choices = _KINDS.get(getattr(check, "__name__", ""), "toml"), ()
+    if key == "radius":
+        kind = "length"
     annotation: Any = field.annotation
     if get_origin(annotation) is Literal:
         kind, choices = "choice", get_args(annotation)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ctypes
 import json
 import os
 import time
@@ -87,8 +88,12 @@ def _read(path: Path) -> Lost | None:
 
 
 def _alive(process: int) -> bool:
-    if os.name != "posix":  # there, signal 0 would end the process
-        return False
+    if os.name == "nt":  # there, signal 0 would end the process
+        kernel = getattr(ctypes, "windll").kernel32  # noqa: B009 - unknown to type checkers here
+        handle = kernel.OpenProcess(0x1000, False, process)  # only to ask about it
+        if handle:
+            kernel.CloseHandle(handle)
+        return bool(handle)
     try:
         os.kill(process, 0)
     except ProcessLookupError:

@@ -87,7 +87,8 @@ def paint(
 ) -> Packed:
     """The cells of a window (ranges along right and up) as (ny p, nx p), first row on top.
 
-    The first layer gives the heat map; layers are drawn in their order.
+    The first layer gives the heat map under the lobes; layers are drawn in their order. lobes: draw
+    them, or leave them to outlines.
     """
     right, up = window
     count = (right.stop - right.start, up.stop - up.start)
@@ -96,7 +97,7 @@ def paint(
         image.fill(pack(palette.paper))
     else:
         under = heat_colours(layers[0].cut, scale, window, palette)
-        fill_cells(_faded(under, palette) if lobes else under, pixels, image)
+        fill_cells(_faded(under, palette), pixels, image)
     if borders:
         colour = np.uint32(pack(palette.grid))
         image[pixels - 1 :: pixels] = colour

@@ -14,7 +14,7 @@ from gui.render.kernel import largest_sizes
 
 Floats = NDArray[np.float32]
 #: Directions at which the size of a lobe is measured, per band and at least.
-_PER_BAND, _LEAST = 6, 24
+_PER_BAND, _LEAST = 12, 24
 
 
 class PixelTable(NamedTuple):
@@ -55,7 +55,8 @@ def _evaluate(
 def peaks(basis: AngularBasis, axes: tuple[int, int], values: NDArray[np.floating]) -> Floats:
     """Largest size of the intensity over directions in the plane, (...) for values (size, ...).
 
-    Sampled: narrow lobes of many bands may be up to 1 % larger.
+    Sampled 12 times per band: 1 - cos(π/12) = 3.4 % too small at most, less than what a lobe at
+    full size keeps from the side of its cell.
     """
     flat = np.ascontiguousarray(values, np.float32).reshape(len(values), -1)
     found = np.zeros(flat.shape[1], np.float32)

@@ -46,7 +46,7 @@ class Frame2D:
     def window(self) -> tuple[slice, slice]:
         """Ranges of cells that can be seen."""
         nx, ny = self.plane.shape(self.grid)
-        low = self.cell_place(0, self.height * 1.0 / self.ratio)
+        low = self.cell_place(0, self.height / self.ratio)
         high = self.cell_place(self.width / self.ratio, 0)
         ranges = []
         for count, start, stop in zip((nx, ny), low, high):

@@ -69,7 +69,9 @@ class ViewPainter:
         if min(r.stop - r.start for r in window) <= 0:
             return
         look = self.session.display.look
-        layers = self.stage.layers(view, frame.ratio)
+        # Thinner lines round small lobes, so that they do not hide what they enclose.
+        thin = min(1.0, frame.zoom / frame.ratio / 18)
+        layers = self.stage.layers(view, thin * frame.ratio)
         cells = frame.zoom < LEAST_FOR_LOBES or look.heat == "instead of lobes"
         outlines = not cells and (vector or frame.zoom >= EXACT_FROM)
         if cells or vector:

@@ -29,7 +29,7 @@ def kinds():
         for name, registry in REGISTRIES.items()
         for kind, model in registry.items()
         for dimension in model.dimensions
-        if kind not in ("file", "mesh")
+        if not any(spec.kind == "file" for spec in specs_of_kind(name, kind))
     ]
 
 
