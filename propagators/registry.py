@@ -23,6 +23,7 @@ BUILT_IN = {
     "sn": "propagators.sn:GridSweeps",
     "radiance-cascades": "propagators.cascades:RadianceCascades",
     "holographic-rc": "propagators.holographic:HolographicCascades",
+    "light-propagation-maps": "propagators.maps:LightPropagationMaps",
 }
 #: Other projects register a Propagator class here, under the name that users will type.
 ENTRY_POINT_GROUP = "flatland.propagators"

@@ -29,7 +29,8 @@ def solve_by_beams(problem: DirectProblem, ordinates: Ordinates) -> tuple[Array,
     flight = transport.fly(radiance, problem.basis)
     emitted = flight.emitted if emitted is None else emitted
     reflected = flight.emitted - emitted
-    return flight.values, problem.books(emitted, reflected, flight.left, flight.arrived)
+    books = problem.books(emitted, reflected, flight.left, flight.arrived, 0 * emitted)
+    return flight.values, books
 
 
 def surface_radiance(problem: DirectProblem, ordinates: Ordinates) -> Array:

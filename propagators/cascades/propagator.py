@@ -103,7 +103,7 @@ class RadianceCascades(DirectPropagator):
             radiance = radiance + sent / halves
         values, arrived, left = cascade.gather(radiance, problem.basis)
         reflected = sent.sum(axis=(0, 1))
-        books = problem.books(problem.light_flux, reflected, left, arrived, conserving=False)
+        books = problem.books(problem.light_flux, reflected, left, arrived)
         return problem.answer(values, books, {"levels": len(cascade.levels)})
 
     def _cascade(self, problem: DirectProblem) -> Cascade:

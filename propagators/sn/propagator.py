@@ -90,13 +90,9 @@ class GridSweeps(DirectPropagator):
         if problem.surfaces.arrangement.reflects:
             sent = self._reflected(problem, sweeps)
         found = sweeps.run(sent, problem.basis)
-        books = problem.books(
-            problem.light_flux,
-            sent.sum(axis=(0, 1)),
-            found.left,
-            found.arrived,
-            conserving=self.values["rule"] != "nodal",
-        )
+        emitted, reflected = problem.light_flux, sent.sum(axis=(0, 1))
+        created = None if self.values["rule"] == "nodal" else 0 * emitted
+        books = problem.books(emitted, reflected, found.left, found.arrived, created)
         values = found.cells.reshape(*problem.shape, problem.colours, -1).transpose(2, 3, 0, 1)
         return problem.answer(np.ascontiguousarray(values), books, {"ordinates": count})
 

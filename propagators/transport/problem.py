@@ -72,19 +72,25 @@ class DirectProblem:
         return np.asarray(2 * np.einsum("e,esc->c", self.surfaces.lengths, self.surfaces.radiance))
 
     def books(
-        self, emitted: Array, reflected: Array, left: Array, arrived: Array, conserving: bool = True
+        self,
+        emitted: Array,
+        reflected: Array,
+        left: Array,
+        arrived: Array,
+        created: Array | None = None,
     ) -> Ledger:
         """Ledger of a flight, entries (C,), with that of the lights without size.
 
         emitted: by lights with a size. reflected: sent by walls. left: over the border, of both.
-        arrived: (E, 2, C), of both. What walls have received but not sent yet is `inside`. A scheme
-        that does not conserve gets what is missing as `created`.
+        arrived: (E, 2, C), of both. What walls have received but not sent yet is `inside`. created:
+        what a scheme knows that it adds; None if it only knows that the books must close.
         """
         albedo = self.surfaces.albedo
         kept = np.einsum("esc,ec->c", arrived, 1 - albedo)
         inside = np.einsum("esc,ec->c", arrived + self.sizeless_flux, albedo) - reflected
         lit = np.einsum("esc,ec->c", self.sizeless_flux, albedo)
-        created = 0 * kept if conserving else left + kept + inside - lit - emitted
+        if created is None:
+            created = left + kept + inside - lit - emitted
         books = Ledger(emitted, left, kept, inside, created, reflected)
         if self.sizeless is None:
             return books
