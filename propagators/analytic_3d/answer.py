@@ -32,7 +32,7 @@ Report = Callable[[float], object]
 #: Directions of the first try, and the most that are ever used: 16³ cells then take minutes.
 _FIRST, _MOST = 256, 2**18
 #: Share of the tolerance that direct light, which converges fast, may use up.
-_DIRECT = 0.25
+_DIRECT = 0.5
 #: Radiosity of single elements may be off by this many tolerances: sums over them are not.
 _LOOSE = 4.0
 #: The estimate scatters: it has to be below the tolerance by this much.

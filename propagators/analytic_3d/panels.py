@@ -34,6 +34,12 @@ class Panels(NamedTuple):
     def chosen(self, which: Flags | Indices) -> Panels:
         return Panels(self.corners[which], self.normals[which], self.groups[which])
 
+    @property
+    def widths(self) -> Vector:
+        """Longest edge of each (K,)."""
+        edges = np.roll(self.corners, -1, axis=1) - self.corners
+        return np.asarray(np.linalg.norm(edges, axis=2).max(axis=1))
+
     def halved(self) -> Panels:
         """Each panel in four, in order."""
         a, b, c, d = np.moveaxis(self.corners, 1, 0)
@@ -56,8 +62,8 @@ def quads_of(polygon: Vector) -> list[Vector]:
     return [polygon[list(place)] for place in places]
 
 
-def split_panels(panels: Panels, planes: Vector) -> Panels:
-    """Each panel in parts that lie on one side of its plane (K, 4)."""
+def split_panels(panels: Panels, planes: Vector) -> tuple[Panels, Indices]:
+    """Each panel in parts on one side of its plane (K, 4), and which panel each is a part of."""
     corners, origins = [], []
     for k, (panel, plane) in enumerate(zip(panels.corners, planes)):
         heights = panel @ plane[:3] - plane[3]
@@ -67,11 +73,11 @@ def split_panels(panels: Panels, planes: Vector) -> Panels:
             origins += len(quads) * [k]
     places = np.array(origins, np.int64)
     cut = np.array(corners).reshape(-1, 4, 3)
-    return Panels(cut, panels.normals[places], panels.groups[places])
+    return Panels(cut, panels.normals[places], panels.groups[places]), places
 
 
 class PanelLight(NamedTuple):
-    """values: (K, C, size) coefficients. errors: (K,) squared L2 difference of the two rules.
+    """values: (K, C, size) coefficients. errors: (K,) L2 difference of the two rules.
 
     shaded: (K,), whether a wall may stand before the panel. crossed: (K,) a light whose plane
     crosses it, or -1: beyond that plane the panel is dark.
@@ -269,7 +275,7 @@ def _place(corners: Vector, u: float, v: float, point: Vector) -> float:
 
 @inner
 def _apply(normal: Vector, maps: Vector, sums: Vector, values: Vector) -> float:
-    """values (C, size) += Σ_i n_i maps_i sums_0; the squared norm of the same of sums_1."""
+    """values (C, size) += Σ_i n_i maps_i sums_0; the norm of the same of sums_1."""
     error = 0.0
     for colour in range(values.shape[0]):
         for s in range(values.shape[1]):
@@ -281,4 +287,4 @@ def _apply(normal: Vector, maps: Vector, sums: Vector, values: Vector) -> float:
                         values[colour, s] += term * sums[0, colour, j]
                         difference += term * sums[1, colour, j]
             error += difference * difference
-    return error
+    return math.sqrt(error)

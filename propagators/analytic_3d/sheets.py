@@ -98,15 +98,29 @@ def _pieces(shape: shapely.Geometry, lines: list[shapely.LineString]) -> list[sh
     crossing = [line for line in lines if shapely.intersects(line, inner)]
     if not crossing:
         return [piece for piece in polygons_in(shape) if piece.area > NOTHING]
-    border = shapely.boundary(shape)
-    network = shapely.union_all([border, *crossing], grid_size=GRID)
+    crossing = [_lengthened(place, crossing, shape) for place in range(len(crossing))]
+    network = shapely.union_all([shapely.boundary(shape), *crossing], grid_size=GRID)
     return [
         piece
-        for piece in polygonize(polygons_lines(network))
+        for piece in polygonize(shapely.get_parts(network))
         if piece.area > NOTHING and shapely.contains(shape, piece.representative_point())
     ]
 
 
-def polygons_lines(network: shapely.Geometry) -> list[shapely.Geometry]:
-    """The lines of a network, one by one."""
-    return [line for line in shapely.get_parts(network) if line.geom_type == "LineString"]
+def _lengthened(
+    place: int, lines: list[shapely.LineString], shape: shapely.Geometry
+) -> shapely.LineString:
+    """One of several lines, drawn on where it ends inside the shape and at no other line.
+
+    It would cut nothing otherwise; what is cut in vain does no harm.
+    """
+    ends = shapely.get_coordinates(lines[place])
+    low_u, low_v, high_u, high_v = shape.bounds
+    way = (ends[1] - ends[0]) / lines[place].length * (high_u - low_u + high_v - low_v)
+    others = shapely.union_all([line for k, line in enumerate(lines) if k != place])
+    for end, step in ((0, -way), (1, way)):
+        here = shapely.Point(ends[end])
+        meets = shapely.distance(here, others) <= 2 * GRID if not others.is_empty else False
+        if not meets and shapely.contains(shape, here):
+            ends[end] = ends[end] + step
+    return shapely.LineString(ends)
