@@ -60,7 +60,7 @@ def study_dataset(study: Study, cases: Sequence[Case], records: Sequence[Record]
     """
     rows = [row for case, record in zip(cases, records) for row in _rows(case, record)]
     columns = _columns(cases)
-    present = [name for name in columns if any(name in row for row in rows)]
+    present = [name for name in columns if name in COMMON or any(name in row for row in rows)]
     data = xr.Dataset(coords={"row": [row["row"] for row in rows]})
     for name in present:
         column = columns[name]
