@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,11 +11,11 @@ from numpy.typing import NDArray
 from flatland.errors import SchemeWarning
 from flatland.level import Level
 from flatland.occlusion import Occlusion, Walls
-from flatland.octree.arrival import NEVER, Arrival, offsets_used
 from flatland.octree.downsampling import halved
 from flatland.octree.falloff import step_factors
 from flatland.octree.index import Index, level_index
 from flatland.octree.merging import Values, blended, merged
+from flatland.octree.reach import Goal, Reach
 from flatland.octree.rules import LevelRules
 from flatland.scene import Scene
 from flatland.solvers import SolveReport
@@ -26,15 +25,6 @@ _NO_WALLS = (
     "occluders block nothing on coarse levels: the geometry has not been downsampled "
     "(downsample_geometry)"
 )
-
-
-@dataclass(frozen=True)
-class _Goal:
-    """Where all levels are to be: at an iteration, or at the converged field."""
-
-    iteration: int = 0
-    tolerance: float | None = None
-    method: str = "auto"
 
 
 class Octree:
@@ -69,8 +59,8 @@ class Octree:
             Level(grid, own, precision, scales, walls_there, rules.skip)
             for grid, own, walls_there in zip(rules.grids(scene.grid), stencils, blocked)
         ]
-        self._used = offsets_used(stencil)
         self.has_geometry = rules.count == 1 or occlusion.transmittance is None
+        self._warned = False
         self.reset()
 
     @property
@@ -81,10 +71,11 @@ class Octree:
         """No light on any level. The geometry stays."""
         for level in self.levels:
             level.reset()
-        self._goal = _Goal()
+        self._goal = Goal()
         self._downsampled_at = 0
-        self._seeds: dict[int, NDArray[np.bool_]] = {}
-        self._arrivals: dict[int, Arrival] = {}
+        self._reach: dict[int, Reach] = {}
+        for number in range(len(self.levels)):
+            self._mark(number)
 
     def inject(self, patterns: Sequence[NDArray[np.floating]]) -> None:
         """Light (size, *shape) per spectrum into level 0, from a fresh start; others stay dark."""
@@ -119,10 +110,12 @@ class Octree:
 
         Where nothing blocks on level 0, nothing does on others.
         """
-        for number, level in enumerate(self.levels[1:], 1):
-            if self.levels[0].occlusion.transmittance is not None:
+        if self.levels[0].occlusion.transmittance is not None:
+            for number in range(1, len(self.levels)):
+                # Steps that are still to be made up were without these walls.
+                level = self.level(number)
                 level.block(self.walls.occlusion(self.scene, self.stencil, level=number))
-                self._arrivals.pop(number, None)
+                self._mark(number)
         self.has_geometry = True
 
     # -- propagation ----------------------------------------------------------------------------
@@ -141,19 +134,19 @@ class Octree:
     def set_out(self, iterations: int) -> None:
         """Choose the levels that the next `advance`s, so many steps in all, have to move."""
         self._warn_of_geometry()
-        needed = self._needed(_Goal(self.iteration + iterations))
+        needed = self._needed(Goal(self.iteration + iterations))
         self._running = [self.levels[number] for number in needed]
         for number in needed:
             self._catch_up(number)
 
-    def _needed(self, goal: _Goal) -> range:
+    def _needed(self, goal: Goal) -> range:
         """Levels that a merge at a goal, or later, can read.
 
         Where a level has light everywhere, nothing coarser is read, then or ever after.
         """
         if self.rules.skip and len(self.levels) > 1:
             for number in range(len(self.levels)):
-                if self._arrival(number).complete(self._patient_steps(number, goal)):
+                if self._reach[number].complete(goal):
                     return range(number + 1)
         return range(len(self.levels))
 
@@ -161,7 +154,7 @@ class Octree:
         """`count` steps, at most `batch`, of each level that was chosen."""
         for level in self._running:
             level.advance(count)
-        self._goal = _Goal(self.iteration + count)
+        self._goal = Goal(self.iteration + count)
 
     def require_tame(self) -> None:
         """Raise InstabilityError once light has grown wild."""
@@ -171,7 +164,7 @@ class Octree:
     def solve(self, tolerance: float, method: str) -> SolveReport:
         """All that ever comes of the light of each level, see `Simulation.solve`."""
         self._warn_of_geometry()
-        self._goal = _Goal(0, tolerance, method)
+        self._goal = Goal(0, tolerance, method)
         report = self.levels[0].solve(tolerance, method)
         assert report is not None  # level 0 is dark only before injection
         for number in self._needed(self._goal):
@@ -194,20 +187,15 @@ class Octree:
         elif level.tame:  # wild light stays where it was stopped, to be looked at
             level.run(self._own_steps(number, goal) - level.iteration)
 
-    def _own_steps(self, number: int, goal: _Goal) -> int:
+    def _own_steps(self, number: int, goal: Goal) -> int:
         """Steps of a level at a goal: coarse ones count from their downsampling."""
         return goal.iteration - (self._downsampled_at if number else 0)
 
-    def _patient_steps(self, number: int, goal: _Goal) -> int:
-        """Steps after which light must have come to a place for the level to be read there."""
-        if goal.tolerance is not None:
-            return int(NEVER) - 1
-        return int(self._own_steps(number, goal) / self.rules.patience)
-
     def _warn_of_geometry(self) -> None:
-        if not self.has_geometry and any(not level.dark for level in self.levels[1:]):
+        lit = any(not level.dark for level in self.levels[1:])
+        if lit and not (self.has_geometry or self._warned):
             warnings.warn(_NO_WALLS, SchemeWarning, stacklevel=4)
-            self.has_geometry = True  # said once
+            self._warned = True
 
     # -- reading --------------------------------------------------------------------------------
 
@@ -215,29 +203,14 @@ class Octree:
         """The index volume as it is now, (*shape)."""
         if len(self.levels) == 1:
             return np.zeros(self.scene.grid.shape, np.int8)
-        reached = [
-            self._arrival(number).reached(self._patient_steps(number, self._goal))
-            for number in range(len(self.levels))
-        ]
+        reached = [self._reach[number].reached(self._goal) for number in range(len(self.levels))]
         return level_index(reached, self.rules.index)
 
     def _mark(self, number: int) -> None:
-        """Remember where a level has light; only several levels need to know."""
-        self._arrivals.pop(number, None)
+        """Follow a level's light from where it is by now; only several levels need to know."""
         if len(self.levels) > 1:
-            self._seeds[number] = self.levels[number].lit_cells()
-
-    def _arrival(self, number: int) -> Arrival:
-        if number not in self._arrivals:
             level = self.levels[number]
-            tau = level.occlusion.transmittance
-            self._arrivals[number] = Arrival(
-                self._seeds.get(number, np.zeros(level.grid.shape, bool)),
-                self.stencil.offsets[self._used],
-                None if tau is None else tau[self._used],
-                level.free_first_step,
-            )
-        return self._arrivals[number]
+            self._reach[number] = Reach(level, self.iteration, self.rules.patience)
 
     def merge(self, spectrum: int, name: str, index: Index, blend: float | None) -> Values:
         """One field on level 0's cells, (size, *shape), for one spectrum; see `merging`."""

@@ -194,6 +194,18 @@ class TestActions:
         free = octree(steps=6)
         np.testing.assert_array_equal(level_values(simulation, 1), level_values(free, 1))
 
+    def test_a_run_from_the_start_fills_in_the_geometry_that_was_missing(self):
+        simulation = octree(walled())
+        simulation.inject()
+        simulation.downsample()
+        with pytest.warns(SchemeWarning, match="block nothing on coarse levels"):
+            simulation.run(2)
+        simulation.reset()
+        simulation.run(5)
+        np.testing.assert_array_equal(
+            level_values(simulation, 1), level_values(octree(walled(), 5), 1)
+        )
+
     def test_geometry_may_come_in_the_middle_of_a_run(self):
         simulation = octree(walled())
         simulation.inject()
