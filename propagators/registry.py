@@ -24,6 +24,7 @@ BUILT_IN = {
     "radiance-cascades": "propagators.cascades:RadianceCascades",
     "holographic-rc": "propagators.holographic:HolographicCascades",
     "light-propagation-maps": "propagators.maps:LightPropagationMaps",
+    "modified-dom": "propagators.modified_dom:ModifiedDiscreteOrdinates",
 }
 #: Other projects register a Propagator class here, under the name that users will type.
 ENTRY_POINT_GROUP = "flatland.propagators"

@@ -47,6 +47,13 @@ class FileLight(Injector):
     multiplier: PerColour = Field(1.0, description="factor, a number or one per colour")
     _loaded: Coefficients | None = PrivateAttr(None)
 
+    @classmethod
+    def of_values(cls, values: Array, multiplier: float | tuple[float, ...] = 1.0) -> FileLight:
+        """The same from coefficients (size, *grid shape) that are in memory: no file is read."""
+        light = cls.model_construct(file="memory", multiplier=multiplier)
+        light._loaded = Coefficients(values)
+        return light
+
     @property
     def strength(self) -> float | tuple[float, ...]:
         return self.multiplier

@@ -98,7 +98,10 @@ class DirectProblem:
 
     def answer(self, values: Array, ledger: Ledger | None, details: dict[str, float]) -> Answer:
         """From coefficients (C, size, nx, ny) of segment lights and walls, and entries (C,)."""
-        values = values + self.sizeless_values
+        return self.finished(values + self.sizeless_values, ledger, details)
+
+    def finished(self, values: Array, ledger: Ledger | None, details: dict[str, float]) -> Answer:
+        """From coefficients (C, size, nx, ny) of all light, and entries (C,)."""
         coloured = self.scene.colours > 0
         field = Field(self.scene.grid, self.basis, values if coloured else values[0])
         return Answer(field, None if ledger is None else by_colour(ledger, coloured), details)

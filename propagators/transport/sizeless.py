@@ -16,6 +16,15 @@ from propagators.analytic.lighting import collect_all
 Array = NDArray[np.float64]
 
 
+def first_flight(geometry: Geometry, bands: int) -> Array:
+    """Coefficients (C, size, nx, ny) of what leaves each cell of all lights' light, unreflected."""
+    basis = CircularHarmonics(bands)
+    moments = collect_all(geometry, geometry.cell_outlines(), bands)
+    moments /= np.where(basis.degrees > 0, np.sqrt(np.pi), np.sqrt(2 * np.pi))
+    values = moments.reshape(*geometry.grid.shape, -1, basis.size)
+    return np.ascontiguousarray(values.transpose(2, 3, 0, 1))
+
+
 @dataclass(frozen=True, eq=False)
 class SizelessLights:
     """Points and parallel light of a scene; walls in their way are those of the whole scene."""
@@ -33,11 +42,7 @@ class SizelessLights:
 
     def field(self, bands: int) -> Array:
         """Coefficients (C, size, nx, ny) of what leaves each cell."""
-        basis = CircularHarmonics(bands)
-        moments = collect_all(self.geometry, self.geometry.cell_outlines(), bands)
-        moments /= np.where(basis.degrees > 0, np.sqrt(np.pi), np.sqrt(2 * np.pi))
-        values = moments.reshape(*self.geometry.grid.shape, -1, basis.size)
-        return np.asarray(values.transpose(2, 3, 0, 1))
+        return first_flight(self.geometry, bands)
 
     def arriving(self, targets: Array) -> Array:
         """Flux (K, C) on the left of targets (K, 4)."""
