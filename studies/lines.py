@@ -22,14 +22,15 @@ class Line:
 
 
 #: The cascaded LPV paper's colours for figure 5: DOM8 green, DOM4 blue, LPV red, analytic grey.
+#: Schemes in 3D look like their twins in 2D.
 LINES = {
     "analytic": Line("#b0b0b0", curve=(0, (1, 1)), marker="*"),
     "lpv": Line("#d55e00", width=0.9, curve="-", marker="o"),
     "dom4": Line("#0072b2", (0, (3, 1)), curve=(0, (4, 1.5)), marker="s"),
     "dom8": Line("#009e73", width=0.5, curve=(0, (4, 1.2, 1, 1.2)), marker="^"),
     "lpv-2009": Line("#cc79a7", (0, (4, 1, 1, 1)), curve=(0, (1.2, 1.2)), marker="v"),
-    "dom6": Line("#56b4e9", (0, (3, 1)), curve=(0, (4, 1.5)), marker="D"),
-    "dom26": Line("#000000", width=0.5, curve=(0, (4, 1.2, 1, 1.2)), marker="P"),
+    "dom6": Line("#0072b2", (0, (3, 1)), curve=(0, (4, 1.5)), marker="D"),
+    "dom26": Line("#009e73", width=0.5, curve=(0, (4, 1.2, 1, 1.2)), marker="P"),
 }
 _SPARE = (
     Line("#e69f00", "-.", curve="-.", marker="X"),
