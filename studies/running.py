@@ -7,6 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
+from flatland.errors import bad_input
 from flatland.field import Field
 from flatland.ledger import Ledger
 from flatland.scene import Scene
@@ -54,6 +55,21 @@ class Method:
             "lights_block": self.lights_block,
         }
 
+    def simulation(self, scene: Scene) -> Simulation:
+        """A simulation that is ready to start. Raises InputError for methods that do not step."""
+        if not isinstance(self.propagator, StencilPropagator):
+            raise bad_input("propagator", self.propagator.name, "does not step")
+        return Simulation(
+            scene,
+            self.propagator,
+            bands=self.bands,
+            precision=self.precision,
+            blocking=self.blocking,
+            strength=self.strength,
+            bounces=self.bounces,
+            lights_block=self.lights_block,
+        )
+
 
 @dataclass(frozen=True)
 class Run:
@@ -71,7 +87,7 @@ def run_method(scene: Scene, method: Method, progress: Progress | None = None) -
     """Run a method on a scene. Raises what the simulation and its solvers raise."""
     if not isinstance(method.propagator, StencilPropagator):
         return _answer(scene, method)
-    simulation = simulation_of(scene, method)
+    simulation = method.simulation(scene)
     simulation.inject()
     begin = time.perf_counter()
     if method.converge is not None:
@@ -85,20 +101,6 @@ def run_method(scene: Scene, method: Method, progress: Progress | None = None) -
         stopped = f"{simulation.iteration} iterations"
         details = {"iterations": simulation.iteration}
     return Run(method, simulation.accumulated, seconds, stopped, simulation.ledger, details)
-
-
-def simulation_of(scene: Scene, method: Method) -> Simulation:
-    """The simulation of a method whose propagator can be stepped."""
-    return Simulation(
-        scene,
-        method.propagator,  # type: ignore[arg-type]
-        bands=method.bands,
-        precision=method.precision,
-        blocking=method.blocking,
-        strength=method.strength,
-        bounces=method.bounces,
-        lights_block=method.lights_block,
-    )
 
 
 def _answer(scene: Scene, method: Method) -> Run:

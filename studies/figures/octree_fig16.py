@@ -17,7 +17,7 @@ from propagators import create
 from studies.figures.octree_fig3 import SCENE, window_of, without_walls
 from studies.figures.snapshots import draw_snapshot, snapshot_data
 from studies.figures.workshop import Workshop
-from studies.running import Method, simulation_of
+from studies.running import Method
 from studies.style import COLUMN
 
 PARTS = ("snapshots",)
@@ -29,7 +29,7 @@ _COMMAND = "flatland run {} --propagator lpv --bands 2 --blocking none --iterati
 def compute(workshop: Workshop) -> dict[str, xr.Dataset]:
     scene = load_scene(SCENE)
     source = int(scene.lights[0].cell[0])  # type: ignore[attr-defined]
-    simulation = simulation_of(scene, Method(create("lpv"), 2, STEPS[-1], blocking="none"))
+    simulation = Method(create("lpv"), 2, STEPS[-1], blocking="none").simulation(scene)
     fields: dict[str, Field] = {}
     behind = []
     for steps in STEPS:

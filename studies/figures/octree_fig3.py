@@ -14,7 +14,7 @@ from flatland.scene import load_scene, parse_scene
 from propagators import create
 from studies.figures.snapshots import draw_snapshot, snapshot_data
 from studies.figures.workshop import Workshop
-from studies.running import Method, simulation_of
+from studies.running import Method
 from studies.style import COLUMN
 
 PARTS = ("snapshots",)
@@ -26,7 +26,7 @@ _COMMAND = "flatland run {} --propagator lpv --bands 2 --blocking none --iterati
 
 def compute(workshop: Workshop) -> dict[str, xr.Dataset]:
     scene = load_scene(SCENE)
-    simulation = simulation_of(scene, Method(create("lpv"), 2, STEPS, blocking="none"))
+    simulation = Method(create("lpv"), 2, STEPS, blocking="none").simulation(scene)
     simulation.inject()
     fields: dict[str, Field] = {"S0": simulation.target}
     for step in range(1, STEPS + 1):

@@ -27,7 +27,7 @@ from studies.kinds.field_columns import COLUMNS
 from studies.kinds.stopping import AXES, stops_of, without_effects
 from studies.kinds.timing import Stopwatch, Timing
 from studies.metrics import band_errors
-from studies.running import Method, simulation_of
+from studies.running import Method
 from studies.sweeps.case import Case
 from studies.sweeps.references import shared_reference
 
@@ -219,5 +219,5 @@ def _laps(simulation: Simulation, stops: list[int]) -> list[float]:
 def _simulation(case: Case, method: Method) -> tuple[Simulation, float]:
     assert case.scene is not None
     begin = time.perf_counter()
-    simulation = simulation_of(case.scene.load(), method)
+    simulation = method.simulation(case.scene.load())
     return simulation, time.perf_counter() - begin
