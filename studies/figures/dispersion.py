@@ -57,7 +57,7 @@ def _draw(rows: xr.Dataset) -> Figure:
     grid[0, 0].set_ylabel("kept in a step, ρ(k)")
     grid[1, 0].set_ylabel("response × |k|")
     figure.supxlabel("wave number |k| [rad per cell]", fontsize=7)
-    legend_above(figure, _entries(rows))
+    legend_above(figure, _entries(rows), 3)
     return figure
 
 
