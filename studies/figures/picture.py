@@ -78,7 +78,15 @@ def _show(
         axes.imshow(np.swapaxes(tone_mapped(flux), 0, 1), origin="lower", extent=edges)
         return
     grey = flux.sum(axis=0) if flux.ndim == 3 else flux
-    top = max(float(grey.max()), 0.0) or 1.0
-    shown = np.maximum(grey.T, top * _RANGE)
-    image = axes.imshow(shown, origin="lower", extent=edges, norm=LogNorm(top * _RANGE, top))
-    figure.colorbar(image, ax=axes, label="flux that leaves a cell [W]", pad=0.02, extend="min")
+    bottom, top = _limits(grey)
+    shown = np.maximum(grey.T, bottom)
+    image = axes.imshow(shown, origin="lower", extent=edges, norm=LogNorm(bottom, top))
+    extend = "min" if grey.min() < bottom else "neither"
+    figure.colorbar(image, ax=axes, label="flux that leaves a cell [W]", pad=0.02, extend=extend)
+
+
+def _limits(flux: Array) -> tuple[float, float]:
+    """Brightest cell, and the whole decades below it that the others need, four at most."""
+    top = max(float(flux.max()), 0.0) or 1.0
+    darkest = max(float(flux.min()) / top, _RANGE)
+    return top * max(10.0 ** np.floor(np.log10(min(darkest, 0.1))), _RANGE), top

@@ -103,6 +103,21 @@ def test_a_black_field_can_be_drawn():
             draw_picture(Field(field.grid, field.basis, 0 * field.values), scene)
 
 
+@pytest.mark.parametrize(
+    ("darkest", "bottom", "extend"),
+    [(0.5, 0.1, "neither"), (0.02, 0.01, "neither"), (3e-7, 1e-4, "min"), (-1.0, 1e-4, "min")],
+)
+def test_the_bar_spans_the_decades_that_the_field_needs_and_no_more(darkest, bottom, extend):
+    field = field_of(load_scene("shelf"))
+    field.values[...] = 1.0
+    field.values[0, 3, 3] = darkest
+    with figure_style():
+        axes, bar = draw_picture(field, load_scene("shelf")).axes[:2]
+    scale = axes.images[0].norm
+    assert scale.vmin / scale.vmax == pytest.approx(bottom)
+    assert bar._colorbar.extend == extend
+
+
 def test_tone_mapping_keeps_order_hue_and_range_whatever_the_unit():
     flux = np.array([[[0.0, 1.0, 2.0, 1e6]], [[0.0, 1.0, 1.0, 1e6]], [[0.0, 1.0, 0.5, -1.0]]])
     shown = tone_mapped(flux)
