@@ -5,29 +5,20 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
-from PySide6.QtCore import QByteArray, QEvent, QObject, Qt
+from PySide6.QtCore import QByteArray, Qt
 from PySide6.QtGui import (
     QAction,
     QCloseEvent,
     QDragEnterEvent,
     QDropEvent,
-    QKeyEvent,
     QKeySequence,
     QShowEvent,
 )
 from PySide6.QtWidgets import (
-    QAbstractButton,
-    QAbstractItemView,
-    QAbstractSlider,
-    QAbstractSpinBox,
     QApplication,
-    QComboBox,
     QDockWidget,
-    QLineEdit,
     QMainWindow,
     QMenu,
-    QPlainTextEdit,
-    QTabBar,
     QToolBar,
     QVBoxLayout,
     QWidget,
@@ -37,6 +28,7 @@ from gui.actions import COMMANDS, MENUS, Command
 from gui.autosave import AutoSave
 from gui.controllers import Controller
 from gui.icons import icon
+from gui.keys import Keys
 from gui.models.camera import Camera
 from gui.models.engine import Engine
 from gui.models.exact import ExactSolver
@@ -61,27 +53,6 @@ from gui.worker import Worker
 
 #: Grows when docks are added, so that an old layout is not restored.
 LAYOUT_VERSION = 3
-#: Keys that controls with the focus keep for themselves.
-_CONTROL_KEYS = {
-    Qt.Key.Key_Space,
-    Qt.Key.Key_Left,
-    Qt.Key.Key_Right,
-    Qt.Key.Key_Up,
-    Qt.Key.Key_Down,
-    Qt.Key.Key_Home,
-    Qt.Key.Key_End,
-    Qt.Key.Key_PageUp,
-    Qt.Key.Key_PageDown,
-}
-_CONTROLS = (
-    QAbstractButton,
-    QAbstractItemView,
-    QAbstractSlider,
-    QAbstractSpinBox,
-    QComboBox,
-    QTabBar,
-)
-_TYPING = (QLineEdit, QPlainTextEdit, QAbstractSpinBox)
 
 
 class Window(QMainWindow):
@@ -108,6 +79,7 @@ class Window(QMainWindow):
         self.actions_by_name: dict[str, QAction] = {}
         self.recent_menu = QMenu("Open recent", self)
         self.recovery = AutoSave(self, state_folder)
+        self.keys = Keys(self, self.views)
         self._make_actions()
         self._make_menus()
         self._make_workers()
@@ -117,7 +89,6 @@ class Window(QMainWindow):
         self.setAcceptDrops(True)
         self._first_state = self.saveState(LAYOUT_VERSION)
         self._restore_layout()
-        application.installEventFilter(self)
         self.refresh_actions()
         self.refresh_title()
 
@@ -319,6 +290,8 @@ class Window(QMainWindow):
     def showEvent(self, event: QShowEvent) -> None:  # noqa: N802
         super().showEvent(event)
         self.views.arrange()
+        if self.focusWidget() is None:
+            self.views.setFocus()
 
     def closeEvent(self, event: QCloseEvent) -> None:  # noqa: N802
         if not self.controller.may_close():
@@ -341,9 +314,7 @@ class Window(QMainWindow):
         self.controller.closed()
         self.worker.close()
         self.reference_worker.close()
-        application = QApplication.instance()
-        if application is not None:
-            application.removeEventFilter(self)
+        self.keys.stop()
 
     def dragEnterEvent(self, event: QDragEnterEvent) -> None:  # noqa: N802
         if any(url.isLocalFile() for url in event.mimeData().urls()):
@@ -354,17 +325,6 @@ class Window(QMainWindow):
             if url.isLocalFile():
                 self.controller.open_scene(Path(url.toLocalFile()))
                 break
-
-    def eventFilter(self, watched: QObject, event: QEvent) -> bool:  # noqa: N802
-        """Controls with the focus keep the keys that work them; text fields keep all plain ones."""
-        if event.type() == QEvent.Type.ShortcutOverride and isinstance(event, QKeyEvent):
-            focus = QApplication.focusWidget()
-            plain = not event.modifiers() & ~Qt.KeyboardModifier.ShiftModifier
-            typing = isinstance(focus, _TYPING) and plain and event.key() != Qt.Key.Key_Escape
-            if typing or (isinstance(focus, _CONTROLS) and event.key() in _CONTROL_KEYS and plain):
-                event.accept()
-                return True
-        return False
 
 
 def view_title(view: str, frame: object, session: Session) -> str:

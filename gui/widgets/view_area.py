@@ -26,6 +26,8 @@ class ViewArea(QWidget):
         self, session: Session, camera: Camera, painter: ViewPainter, mouse: Mouse
     ) -> None:
         super().__init__()
+        # Where the focus rests while keys are commands.
+        self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self.session, self.camera = session, camera
         self.canvases = {v: Canvas(v, session, camera, painter, mouse) for v in VIEWS}
         self._titles: dict[str, QLabel] = {}

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from conftest import at_cell, do, drag, settle
-from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QApplication
+from PySide6.QtCore import QPoint, Qt
+from PySide6.QtWidgets import QApplication, QCheckBox
 
 from flatland.scene import parse_scene
 from gui.models.tools import Tool
@@ -280,6 +280,53 @@ def test_keys_reach_the_field_that_has_the_focus(make, qtbot):
     qtbot.keyClick(window.views.canvases["accumulated"], Qt.Key.Key_2)
     QApplication.processEvents()
     assert window.session.tool is Tool.OCCLUDE
+
+
+def test_a_fresh_window_steps_on_the_first_key(make, qtbot):
+    window = make("shelf")
+    assert window.focusWidget() is window.views
+    qtbot.keyClick(window.views, Qt.Key.Key_Right)
+    settle(window)
+    assert window.session.frame.iteration == 1
+
+
+def test_enter_in_a_field_gives_the_keys_back_to_commands(make, qtbot):
+    window = make("shelf")
+    box = window.method_panel.bands
+    box.setFocus()
+    box.selectAll()
+    qtbot.keyClicks(box, "3")
+    qtbot.keyClick(box, Qt.Key.Key_Return)
+    settle(window)
+    assert window.session.choice.bands == 3
+    assert window.focusWidget() is window.views
+    qtbot.keyClick(QApplication.focusWidget(), Qt.Key.Key_Right)
+    settle(window)
+    assert window.session.frame.iteration == 1
+
+
+def test_a_click_on_a_control_leaves_the_keys_to_commands(make, qtbot):
+    window = make("shelf")
+    log = window.curves.findChildren(QCheckBox)[0]
+    before = log.isChecked()
+    qtbot.mouseClick(log, Qt.MouseButton.LeftButton, pos=QPoint(6, log.height() // 2))
+    assert log.isChecked() is not before
+    assert window.focusWidget() is window.views
+    log.setFocus(Qt.FocusReason.TabFocusReason)
+    assert window.focusWidget() is log
+
+
+def test_controls_keep_the_keys_that_work_them_alone(make, qtbot):
+    window = make("shelf")
+    scheme = window.method_panel.propagator
+    scheme.setFocus()
+    qtbot.keyClick(scheme, Qt.Key.Key_Right)
+    settle(window)
+    assert window.session.frame.iteration == 1
+    before = scheme.currentIndex()
+    qtbot.keyClick(scheme, Qt.Key.Key_Down)
+    settle(window)
+    assert scheme.currentIndex() == before + 1
 
 
 def test_escape_drops_the_stroke_in_hand(make, qtbot):
