@@ -25,6 +25,7 @@ FAILED, BAD_INPUT, INTERRUPTED = 1, 2, 130
 @click.option("--propagator", help="A scheme's name.")
 @click.option("--option", "options", multiple=True, metavar="KEY=VALUE", help="Of the scheme.")
 @click.option("--bands", type=int, help="Angular bands.")
+@click.option("--levels", type=int, help="Octree levels.")
 @click.option("--iterations", type=int, metavar="N", help="Steps to begin with.")
 @click.option("--converge", is_flag=True, help="Begin with the converged field.")
 @click.option("--reference", is_flag=True, help="Compute the exact answer too.")
@@ -37,6 +38,7 @@ def command(
     propagator: str | None,
     options: tuple[str, ...],
     bands: int | None,
+    levels: int | None,
     iterations: int | None,
     converge: bool,
     reference: bool,
@@ -60,7 +62,7 @@ def command(
     application = make_application()
     window = make_window(scene, screenshot is not None, theme)
     try:
-        _choose(window, propagator, options, bands, views)
+        _choose(window, propagator, options, {"bands": bands, "levels": levels}, views)
     except FlatlandError:
         window.shut_down()
         raise
@@ -139,13 +141,14 @@ def _choose(
     window: Window,
     propagator: str | None,
     options: tuple[str, ...],
-    bands: int | None,
+    values: dict[str, int | None],
     views: str | None,
 ) -> None:
     """What the command line says about method and views. Raises InputError."""
     from dataclasses import replace
 
     from flatland.errors import bad_input
+    from flatland.octree import level_grids
     from gui.models.display import VIEWS
     from propagators.registry import find
     from studies.commands.options import scheme_options
@@ -159,8 +162,9 @@ def _choose(
         given = choice.method().propagator.__class__(**scheme_options(options)).values
         named = {name: given[name] for name in scheme_options(options)}
         choice = replace(choice, options=named)
-    if bands is not None:
-        choice = replace(choice, bands=bands)
+    stated: dict[str, Any] = {name: value for name, value in values.items() if value is not None}
+    choice = replace(choice, **stated)
+    level_grids(session.scene.grid, choice.levels)
     choice.method().propagator.require_dimension(session.scene.grid.dimension)
     session.choose(choice)
     if views is not None:
@@ -197,7 +201,7 @@ def _take_picture(application: QApplication, window: Window, path: Path) -> int:
             click.echo(f"wrote {path}", err=True)
     finally:
         window.shut_down()
-    for text in failures:
+    for text in dict.fromkeys(failures):
         click.echo(f"flatland-gui: error: {text}", err=True)
     return FAILED if failures else 0
 

@@ -48,6 +48,7 @@ def test_a_window_without_a_display_says_what_works():
         ("shelf", "--screenshot", "a.png", "--propagator", "dom26"),
         ("shelf", "--screenshot", "a.png", "--option", "flux=nonsense"),
         ("shelf", "--screenshot", "a.png", "--bands", "0"),
+        ("shelf", "--screenshot", "a.png", "--levels", "99"),
         ("shelf", "--screenshot", "a.png", "--views", "left"),
         ("shelf", "--screenshot", "a.png", "--theme", "pink"),
         ("shelf", "--nonsense"),
