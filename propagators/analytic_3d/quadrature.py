@@ -33,8 +33,9 @@ def integrate(
 
     planes: (L, 4) of the lights. Panels that a wall may shade are cut down to half a cell at once,
     and those that a light's plane crosses along it: two rules that agree may both have missed what
-    lies between their points. Then those with the largest estimated errors are cut. Errors within a group may have
-    one sign and are added up; groups count by their squares, up to (tolerance |sums|)².
+    lies between their points. Then those with the largest estimated errors are cut. Errors within
+    a group may have one sign and are added up; groups count by their squares, up to
+    (tolerance |sums|)².
 
     The estimate belongs to the coarser of two rules, so that the error is mostly smaller still. It
     may be too small by accident, as where errors along and across a panel cancel: parts of a panel

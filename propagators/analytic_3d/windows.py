@@ -99,7 +99,6 @@ def _collect(
     flows: Vector,
 ) -> None:
     work = make_work(walls.planes.shape[0])
-    everywhere = np.array([0.0, 0.0, 0.0, -1.0])
     pieces, sizes = np.empty((64, ROOM, 3)), np.empty(64, np.int64)
     harmonics = np.empty(tables.diagonal.size**2)
     plane, centres = np.empty(4), np.empty((1, 4))
@@ -114,7 +113,7 @@ def _collect(
         count = keep_inside(corners[k], 4, horizon, work.window)
         if count < 3:
             continue
-        found = collect_blockers(centres, work.window, count, plane, everywhere, walls, work)
+        found = collect_blockers(centres, work.window, count, plane, EVERYWHERE, walls, work)
         pieces, sizes, left, _ = see(centre, work.window, count, found, work, pieces, sizes)
         for p in range(left):
             if centre[3] == 0.0:

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from volumes import LIGHTS, box, point, rectangle, room, unit, volume
+from volumes import LIGHTS, box, moved, point, rectangle, room, unit, volume
 
 from propagators.analytic import Analytic
 from propagators.analytic_3d.faces import cut_faces
@@ -22,14 +22,14 @@ DEGENERATE = {
         [np.array([(1, 1, 2), (5, 5, 2), (3, 3, 5)], float)],
     ),
     "walls that cross": ([LIGHT], [FLAT, rectangle((2.5, 1, 2), (0, 3, 0), (0, 0, 2))]),
-    "overlapping walls in one plane": ([LIGHT], [FLAT, FLAT + [0.7, 0.4, 0]]),
+    "overlapping walls in one plane": ([LIGHT], [FLAT, moved(FLAT, 0.7, 0.4)]),
     "the same wall twice": ([LIGHT], [FLAT, FLAT[::-1]]),
     "walls that share an edge": ([LIGHT], [FLAT, rectangle(FLAT[0], (2, 0, 0), (0, 0, 1))]),
     "wall that stands on the light": ([LIGHT], [rectangle((2.5, 3, 1), (1, 0, 0), (0, 0.3, 1))]),
     "wall that stands on the light's edge": ([LIGHT], [rectangle((4, 2, 1), (0, 2, 0), (0, 0, 2))]),
     "wall through the light": ([LIGHT], [rectangle((2.2, 2.5, 0.4), (1.5, 0.3, 0), (0, 0, 1.7))]),
     "wall on the light": ([LIGHT], [LIGHT[0]]),
-    "wall in the light's plane": ([LIGHT], [LIGHT[0] + [2, 0, 0]]),
+    "wall in the light's plane": ([LIGHT], [moved(LIGHT[0], 2)]),
     "light on the light, front to back": ([LIGHT, (LIGHT[0][::-1], 1.0)], []),
     "light that is no convex polygon": ([(np.insert(CORNER, 2, 1.0, axis=1)[::-1], 2.0)], [FLAT]),
     "wall that is no convex polygon": ([LIGHT], [np.insert(CORNER, 2, 2.5, axis=1)]),
@@ -120,7 +120,7 @@ def test_a_sky_in_the_border_lets_parallel_light_in_and_takes_what_arrives_insid
     assert ledger.left == 0
 
 
-@pytest.mark.parametrize("walls", [[], [FLAT + [0, 0, 0.5]]], ids=["free", "shaded"])
+@pytest.mark.parametrize("walls", [[], [moved(FLAT, z=0.5)]], ids=["free", "shaded"])
 def test_as_much_flux_leaves_an_empty_cell_as_enters_it(walls):
     beam, lamp = ((1, -2, 3), 1.0), point((4.5, 4.5, 4.5), 1.0)
     scene = volume((6, 6, 6), [LIGHT], walls, beams=[beam], points=[lamp])
@@ -139,7 +139,7 @@ def test_as_much_flux_leaves_an_empty_cell_as_enters_it(walls):
 
 
 def test_absorbed_flux_by_wall_sums_to_the_books():
-    scene = volume((6, 6, 6), LIGHTS, [FLAT, FLAT + [0.3, 0.2, 0.8]])
+    scene = volume((6, 6, 6), LIGHTS, [FLAT, moved(FLAT, 0.3, 0.2, 0.8)])
     reference = Analytic(tolerance=TOLERANCE)
     walls, books = reference.absorbed(scene), reference.energy(scene)
     # Lights absorb what they shade from one another.

@@ -94,6 +94,10 @@ def rectangle(corner, first, second):
     return np.array([corner, corner + first, corner + first + second, corner + second])
 
 
+def moved(vertices, x=0.0, y=0.0, z=0.0):
+    return np.asarray(vertices, float) + np.array([x, y, z])
+
+
 def area_of(vertices):
     return float(np.linalg.norm(vector_area(np.asarray(vertices, float))))
 
