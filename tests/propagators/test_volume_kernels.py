@@ -8,122 +8,115 @@ from volumes import box, moved, rectangle, unit, volume
 from flatland.harmonics import SphericalHarmonics
 from flatland.kernels.threads import thread_count
 from propagators.analytic import Analytic
-from propagators.analytic.compiling import shared
-from propagators.analytic_3d.cuts import ROOM
 from propagators.analytic_3d.faces import cell_faces, cut_faces
-from propagators.analytic_3d.flow import add_polygon, flow_tables
 from propagators.analytic_3d.geometry import read_geometry
 from propagators.analytic_3d.maps import cosine_maps, polygon_map, series_bands, series_map
+from propagators.analytic_3d.panels import Panels
 from propagators.analytic_3d.plates import clip_to_box, convex_parts, make_plates, polygon_area
-from propagators.analytic_3d.shadows import EVERYWHERE, collect_blockers, make_work, see
+from propagators.analytic_3d.shadows import EVERYWHERE
 from propagators.analytic_3d.sheets import cut_sheets
-from propagators.analytic_3d.windows import area_across
+from propagators.analytic_3d.windows import seen_flows
 
 ROUNDING = 1e-13
 
 
-@shared
-def flows_of(polygons, tables, size):
-    result = np.zeros((polygons.shape[0], size))
-    harmonics = np.empty(tables.diagonal.size**2)
-    for k in range(polygons.shape[0]):
-        add_polygon(polygons[k].copy(), polygons.shape[1], tables, harmonics, result[k])
-    return result
+NOTHING = make_plates([])
 
 
-@shared
-def areas_seen(centres, window, plane, walls):
-    """Area across parallel light, or solid, that walls leave of a window from each centre."""
-    work = make_work(walls.planes.shape[0])
-    pieces, sizes = np.empty((64, ROOM, 3)), np.empty(64, np.int64)
-    result, counts = np.zeros(len(centres)), np.zeros(len(centres), np.int64)
-    for k in range(len(centres)):
-        found = collect_blockers(
-            centres[k : k + 1], window, window.shape[0], plane, EVERYWHERE, walls, work
-        )
-        pieces, sizes, left, _ = see(
-            centres[k], window, window.shape[0], found, work, pieces, sizes
-        )
-        counts[k] = left
-        for p in range(left):
-            result[k] += area_across(pieces[p], sizes[p], np.array([0.0, 0.0, 1.0, 0.0]))
-    return result, counts
-
-
-def spherical_polygons(rng, count, corners=5):
-    """Convex, round random axes, less than a quarter turn wide."""
-    axis = rng.normal(size=(count, 1, 3))
+def quadrilaterals(rng, count):
+    """Slanted panels seen from the origin, each about an axis of its own, and no panel beside."""
+    axis = rng.normal(size=(count, 3))
     axis /= np.linalg.norm(axis, axis=-1, keepdims=True)
-    first = np.cross(axis, rng.normal(size=(count, 1, 3)))
+    first = np.cross(axis, rng.normal(size=(count, 3)))
     first /= np.linalg.norm(first, axis=-1, keepdims=True)
-    angles = np.sort(rng.uniform(0, 2 * np.pi, (count, corners)), axis=1)[..., None]
     second = np.cross(axis, first)
-    return axis + 0.8 * (np.cos(angles) * first + np.sin(angles) * second)
+    middle = axis + rng.uniform(-0.6, 0.6, (count, 1)) * first
+    half = [a * first + b * second for a, b in ((-0.5, -0.8), (0.7, -0.4), (0.5, 0.9), (-0.6, 0.3))]
+    return Panels(middle[:, None] + np.stack(half, axis=1), axis, np.arange(count))
 
 
 @pytest.mark.parametrize("bands", [1, 2, 3, 6])
 def test_flows_are_the_integrals_of_the_basis(bands, rng):
-    polygons, tables = spherical_polygons(rng, 40), flow_tables(bands)
-    flows = flows_of(polygons, tables, tables.size)
-    wide = SphericalHarmonics(bands + 1)
-    expected = wide.polygon_integral(polygons)
+    panels, centre = quadrilaterals(rng, 40), np.array([0.0, 0.0, 0.0, 1.0])
+    flows = seen_flows(panels, centre, EVERYWHERE, NOTHING, bands)
+    expected = SphericalHarmonics(bands + 1).polygon_integral(panels.corners)
     np.testing.assert_allclose(flows @ polygon_map(bands + 1).T, expected, atol=ROUNDING)
-    basis, up = SphericalHarmonics(bands), np.all(polygons[..., 2] > 0, axis=1)
-    assert up.sum() > 3
-    normals = np.tile([0.0, 0.0, 1.0], (up.sum(), 1))
-    expected = basis.polygon_cosine_integral(polygons[up], normals)
-    np.testing.assert_allclose(flows[up] @ cosine_maps(bands)[2].T, expected, atol=ROUNDING)
+    # A horizon cuts the panels: clamped cosines.
+    horizon = np.array([0.0, 0.0, 1.0, 0.0])
+    flows = seen_flows(panels, centre, horizon, NOTHING, bands)
+    normals = np.tile(horizon[:3], (40, 1))
+    expected = SphericalHarmonics(bands).polygon_cosine_integral(panels.corners, normals)
+    np.testing.assert_allclose(flows @ cosine_maps(bands)[2].T, expected, atol=ROUNDING)
 
 
 @pytest.mark.parametrize("length", [1, 4, 9])
 def test_series_times_harmonics_are_the_gram_matrix_of_the_polygon(length, rng):
-    polygons, series = spherical_polygons(rng, 10), rng.normal(size=length)
-    bands = series_bands(3, series)
-    flows = flows_of(polygons, flow_tables(bands), flow_tables(bands).size)
-    gram = SphericalHarmonics(3).polygon_gram(polygons)
+    panels, series = quadrilaterals(rng, 10), rng.normal(size=length)
+    centre, bands = np.array([0.0, 0.0, 0.0, 1.0]), series_bands(3, series)
+    flows = seen_flows(panels, centre, EVERYWHERE, NOTHING, bands)
+    gram = SphericalHarmonics(3).polygon_gram(panels.corners)
     expected = gram[:, :, :length] @ series
     np.testing.assert_allclose(flows @ series_map(3, series).T, expected, atol=ROUNDING)
+
+
+#: A window that light passes upwards.
+WINDOW = np.array([(1, 1, 4), (4, 0.5, 4), (5, 3, 4), (2, 4, 4)], float)
+
+
+def seen_of(window, centre, walls):
+    """Area that parallel light shows of a window, or the solid angle that a point sees."""
+    panels = Panels(np.array([window]), np.array([[0.0, 0.0, 1.0]]), np.zeros(1, int))
+    flows = seen_flows(panels, np.asarray(centre, float), EVERYWHERE, make_plates(walls), 1)
+    return flows[0, -1] if centre[3] else flows[0, 0]
+
+
+def solid_angle(shape, point, height):
+    """Of a flat shape at a height, holes and parts included, seen from below."""
+    total = 0.0
+    for part in shapely.get_parts(shape):
+        for ring in (part.exterior, *part.interiors) if part.area else ():
+            flat = shapely.get_coordinates(ring)[:-1]
+            corners = np.column_stack([flat, np.full(len(flat), height)]) - point
+            angle = SphericalHarmonics(1).polygon_integral(corners)[0] * np.sqrt(4 * np.pi)
+            total += (
+                abs(angle) if ring is part.exterior or ring.equals(part.exterior) else -abs(angle)
+            )
+    return total
 
 
 @pytest.mark.parametrize("seed", range(6))
 def test_what_walls_leave_of_a_window_is_a_difference_of_polygons(seed):
     rng = np.random.default_rng(seed)
-    window = np.array([(1, 1, 4), (4, 0.5, 4), (5, 3, 4), (2, 4, 4)], float)
     triangles = rng.uniform((0, 0, 0.5), (5, 5, 3.8), (6, 3, 3))
-    walls, plane = make_plates(list(triangles)), np.array([0.0, 0.0, -1.0, -4.0])
-    points = rng.uniform((0, 0, -2), (5, 5, 0.4), (30, 3))
+    points = rng.uniform((0, 0, -2), (5, 5, 0.4), (15, 3))
     way = unit((0.3, 0.2, 1.0))
-    centres = np.vstack([np.column_stack([points, np.ones(30)]), [*-way, 0.0]])
-    found, counts = areas_seen(centres, window, plane, walls)
-    for k, centre in enumerate(centres):
+    for centre in [*np.column_stack([points, np.ones(15)]), np.append(-way, 0.0)]:
         shadows = []
         for triangle in triangles:
             # From the centre through each corner to the window's plane, which lies beyond all.
             rays = triangle - centre[:3] if centre[3] else np.tile(way, (3, 1))
             onto = triangle + ((4 - triangle[:, 2]) / rays[:, 2])[:, None] * rays
             shadows.append(shapely.Polygon(onto[:, :2]))
-        seen = shapely.difference(shapely.Polygon(window[:, :2]), shapely.union_all(shadows))
-        assert found[k] == pytest.approx(seen.area, abs=1e-10)
-    assert counts.max() > 4
+        seen = shapely.difference(shapely.Polygon(WINDOW[:, :2]), shapely.union_all(shadows))
+        exact = solid_angle(seen, centre[:3], 4.0) if centre[3] else seen.area * way[2]
+        assert seen_of(WINDOW, centre, list(triangles)) == pytest.approx(exact, abs=1e-10)
 
 
 def test_a_wall_edge_on_or_behind_the_window_hides_nothing():
-    window, plane = rectangle((0, 0, 2), (2, 0, 0), (0, 2, 0)), np.array([0.0, 0.0, -1.0, -2.0])
-    edge_on = rectangle((1, 0, 0.5), (0, 2, 0), (0, 0, 1))
-    behind = rectangle((0, 0, 2.5), (2, 0, 0), (0, 2, 0))
-    walls = make_plates([edge_on, behind, window])
-    found, _ = areas_seen(np.array([[1.0, 1.0, 0.0, 1.0]]), window, plane, walls)
-    assert found[0] == 4
+    edge_on = rectangle((2, 0, 0.5), (0, 4, 0), (0, 0, 1))
+    beyond, below = moved(WINDOW, z=0.5), moved(WINDOW, z=-6)
+    centre = [2.0, 2.0, 0.0, 1.0]
+    free = seen_of(WINDOW, centre, [])
+    assert seen_of(WINDOW, centre, [edge_on, beyond, below, WINDOW]) == pytest.approx(
+        free, abs=ROUNDING
+    )
 
 
 def test_many_walls_leave_many_pieces():
     """A grating of 200 slats: more pieces than there was room for at first."""
-    window, plane = rectangle((0, 0, 2), (2, 0, 0), (0, 2, 0)), np.array([0.0, 0.0, -1.0, -2.0])
+    window = rectangle((0, 0, 2), (2, 0, 0), (0, 2, 0))
     slats = [rectangle((0.01 * k, 0, 1), (0.005, 0, 0), (0, 2, 0)) for k in range(200)]
-    way = np.array([[0.0, 0.0, -1.0, 0.0]])
-    found, counts = areas_seen(way, window, plane, make_plates(slats))
-    assert counts[0] == 200
-    assert found[0] == pytest.approx(2, abs=1e-11)
+    assert seen_of(window, [0.0, 0.0, -1.0, 0.0], slats) == pytest.approx(2, abs=1e-11)
 
 
 def test_polygons_fall_into_convex_parts():
