@@ -5,11 +5,11 @@ from __future__ import annotations
 import time
 
 import numpy as np
-from conftest import best_seconds
 from room import make_room
 
 import propagators
 from flatland import load_scene
+from studies.bench.limits import best_seconds
 
 
 def test_reference_with_50_occluders(report):
