@@ -91,9 +91,14 @@ def test_walls_behind_the_light_or_outside_the_grid_change_nothing():
 
 
 SYMMETRIES = list(cube_symmetries())
+#: All 48, a few of them every time.
+TURNS = [
+    number if number in (1, 10, 17, 30, 44) else pytest.param(number, marks=pytest.mark.slow)
+    for number in range(48)
+]
 
 
-@pytest.mark.parametrize("number", [1, 10, 17, 30, 44])
+@pytest.mark.parametrize("number", TURNS)
 def test_turned_scenes_have_turned_answers(number):
     turn = SYMMETRIES[number]
     lights = [LIGHTS[0]]
@@ -168,7 +173,7 @@ def test_small_tolerances_are_kept(walls):
 @pytest.mark.slow
 def test_the_tolerance_is_kept_in_a_room():
     room = cornell(8)
-    exact = answer(room, tolerance=1e-4, element=0.5)
+    exact = answer(room, tolerance=2e-4, element=0.5)
     for tolerance in (1e-2, 3e-3, 1e-3):
         assert off(answer(room, tolerance=tolerance, element=0.5), exact) < tolerance
 
