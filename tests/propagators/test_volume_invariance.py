@@ -9,6 +9,7 @@ from volumes import LIGHTS, box, cornell, moved, point, rectangle, volume
 
 from flatland.harmonics import SphericalHarmonics
 from propagators.analytic import Analytic
+from propagators.watching import watched
 
 WALL = np.array([(2.0, 2.0, 2.2), (5.1, 2.7, 3.4), (2.6, 4.9, 1.6)])
 BEAM = ((1.0, -2.0, -1.5), 0.3)
@@ -179,8 +180,24 @@ def test_the_tolerance_is_kept_in_a_room():
 
 
 def test_progress_rises_to_one():
-    shares = []
-    Analytic(tolerance=1e-2).solve(cornell(4), 2, progress=shares.append)
-    assert shares == sorted(shares)
-    assert shares[0] < 0.5
-    assert shares[-1] == 1
+    room, shares = cornell(4), []
+    Analytic(tolerance=1e-2).solve(room, 2, progress=shares.append)
+    seen = []
+    with watched(seen.append):
+        Analytic(tolerance=1e-2).solve(room, 2)
+        assert seen == shares
+        seen.clear()
+        Analytic(tolerance=1e-2).intensity(room, np.eye(3)[np.arange(200) % 3])
+    for found in (shares, seen):
+        assert found == sorted(found)
+        assert found[0] == 0
+        assert len(found) > 4
+        assert found[-1] == 1
+
+
+def test_a_watcher_may_stop_an_answer():
+    def enough(share):
+        raise KeyboardInterrupt
+
+    with watched(enough), pytest.raises(KeyboardInterrupt):
+        Analytic().solve(cornell(4), 2)
