@@ -1,6 +1,10 @@
-"""The exact reference on a cluttered grid."""
+"""The exact reference on a cluttered grid, and in a room."""
 
 from __future__ import annotations
+
+import time
+
+import numpy as np
 
 import propagators
 from flatland import load_scene
@@ -16,3 +20,33 @@ def test_reference_with_50_occluders(report):
         + ", ".join(f"{n} bands {t:.2f} s" for n, t in seconds.items())
     )
     assert max(seconds.values()) < 2.0
+
+
+def test_reference_of_the_cornell_box(report):
+    """On two cores; the issue allows 120 s."""
+    room, reference = load_scene("cornell-3d"), propagators.create("analytic")
+    direct = propagators.create("analytic", bounces=False)
+    seconds = {
+        "direct": best_seconds(lambda: direct.solve(room, 3), 1),
+        "with bounces": best_seconds(lambda: reference.solve(room, 3), 1),
+        "books": best_seconds(lambda: reference.energy(room), 1),
+        "256 directions": best_seconds(lambda: reference.intensity(room, _directions(256)), 1),
+    }
+    told = ", ".join(f"{name} {t:.1f} s" for name, t in seconds.items())
+    report(f"analytic, cornell-3d, 16³, 3 bands: {told}")
+    assert seconds["with bounces"] < 120
+
+
+def test_reference_of_the_cornell_box_by_tolerance(report):
+    """Processor time, which neighbours on the machine stretch less than time."""
+    room, lines = load_scene("cornell-3d"), []
+    for tolerance in (3e-3, 1e-3, 5e-4):
+        start = time.process_time()
+        propagators.create("analytic", tolerance=tolerance).solve(room, 3)
+        lines.append(f"{tolerance:g}: {time.process_time() - start:.1f} s")
+    report("analytic, cornell-3d, processor time by tolerance: " + ", ".join(lines))
+
+
+def _directions(count):
+    vectors = np.random.default_rng(1).normal(size=(count, 3))
+    return vectors / np.linalg.norm(vectors, axis=1, keepdims=True)

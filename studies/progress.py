@@ -3,27 +3,71 @@
 from __future__ import annotations
 
 import sys
+import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
+
+from propagators.watching import watched
 
 if TYPE_CHECKING:
     from studies.sweeps.case import Case
     from studies.sweeps.store import Record
 
 
+#: Seconds that work may take before a bar shows it.
+_PATIENCE = 1.0
+
+
 @contextmanager
 def steps_bar(total: int, wanted: bool = True) -> Iterator[Callable[[int], object] | None]:
-    """A bar on stderr; gives the function to call with the number of steps just done."""
-    if not (wanted and sys.stderr.isatty()):
+    """A bar on stderr; gives the function to call with the number of steps just done.
+
+    Exact answers that take long have a bar of their own, beside it or, without one, alone.
+    """
+    if not sys.stderr.isatty():
         yield None
         return
-    from rich.console import Console
+    with _bars() as bars, watched(_Shares(bars)):
+        if not wanted:
+            yield None
+            return
+        task = bars.add_task("steps", total=total)
+        yield lambda count: bars.advance(task, count)
+
+
+@contextmanager
+def answer_bar() -> Iterator[None]:
+    """A bar on stderr for exact answers that take long."""
+    with steps_bar(0, wanted=False):
+        yield
+
+
+def _bars() -> Any:
+    """Bars that come up when the work has taken a while, and go when it is done."""
+    from rich.console import Console, RenderableType
     from rich.progress import Progress
 
-    with Progress(console=Console(stderr=True), transient=True) as progress:
-        task = progress.add_task("steps", total=total)
-        yield lambda count: progress.advance(task, count)
+    begin = time.monotonic()
+
+    class Late(Progress):
+        def get_renderables(self) -> Iterator[RenderableType]:
+            if time.monotonic() - begin > _PATIENCE:
+                yield from super().get_renderables()
+
+    return Late(console=Console(stderr=True), transient=True)
+
+
+class _Shares:
+    """Shows shares of exact answers, one after the other."""
+
+    def __init__(self, bars: Any) -> None:
+        self._bars, self._task = bars, None
+
+    def __call__(self, share: float) -> None:
+        if self._task is None:
+            self._task = self._bars.add_task("exact answer", total=1.0)
+        self._bars.update(self._task, completed=share, visible=share < 1)
 
 
 class StudyProgress:

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import runpy
 import subprocess
 import sys
 from pathlib import Path
+
+import pytest
 
 _ROOT = Path(__file__).parent.parent
 
@@ -28,3 +31,11 @@ def test_every_module_says_what_it_is():
         if not path.read_text(encoding="utf-8").lstrip().startswith(('"""', 'r"""'))
     ]
     assert silent == []
+
+
+@pytest.mark.parametrize(
+    "path", sorted((_ROOT / "benchmarks").glob("test_*.py")), ids=lambda p: p.stem
+)
+def test_benchmarks_find_what_they_import(path):
+    """They are run by hand, and what they use may have moved meanwhile."""
+    runpy.run_path(str(path))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
@@ -16,14 +15,13 @@ from propagators.analytic.arcs import Arc
 from propagators.analytic.flat import FlatAnswer
 from propagators.analytic.irradiance import SurfaceLight
 from propagators.base import Option, Propagator
+from propagators.watching import Progress
 
 if TYPE_CHECKING:
     from propagators.analytic_3d.answer import VolumeAnswer
     from propagators.analytic_3d.irradiance import FacetLight
 
 Array = NDArray[np.float64]
-#: Called now and then with the share of the work that is done, from 0 to 1.
-Progress = Callable[[float], object]
 
 
 class Analytic(Propagator):
@@ -93,7 +91,8 @@ class Analytic(Propagator):
 
         tolerance is there for the common signature: in 2D the closed form meets any that float64
         can, in 3D the option of that name counts. Where walls reflect, `element` sets an error of
-        its own. progress: called with the share done, in 3D.
+        its own. progress: called with the share done, in 3D;
+        by default, whoever watches is (`propagators.watching`).
         Raises ConvergenceError where light between walls never ends, or takes too many lines.
         """
         return self._answer(scene, progress).field(bands)

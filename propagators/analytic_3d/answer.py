@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
@@ -25,9 +23,9 @@ from propagators.analytic_3d.lighting import direct_light
 from propagators.analytic_3d.projection import projected_intensity
 from propagators.analytic_3d.radiosity import Bounced, bounce, mean_of
 from propagators.analytic_3d.rays import ray_intensity
+from propagators.watching import Progress, watcher
 
 Array = NDArray[np.float64]
-Report = Callable[[float], object]
 
 #: Directions of the first try, and the most that are ever used: 16³ cells then take minutes.
 _FIRST, _MOST = 256, 2**18
@@ -41,10 +39,15 @@ _MARGIN = 0.8
 _COARSE = 2.0
 #: Shares of the work that are done after direct light, and after the first try of the rest.
 _AFTER_DIRECT, _AFTER_TRY = 0.3, 0.4
+#: Share of the work on intensities that bounces are, and directions between two reports.
+_AFTER_BOUNCES, _TOGETHER = 0.3, 64
 
 
 class VolumeAnswer:
-    """See `Analytic`. element: cells. tolerance: relative L2. progress: gets the share done."""
+    """See `Analytic`. element: cells. tolerance: relative L2.
+
+    progress: gets the share done; by default, whoever watches does.
+    """
 
     def __init__(
         self,
@@ -52,10 +55,10 @@ class VolumeAnswer:
         element: float,
         bounces: bool,
         tolerance: float,
-        progress: Report | None = None,
+        progress: Progress | None = None,
     ) -> None:
         self.scene, self.element, self.tolerance = scene, element, tolerance
-        self._report: Report = progress or (lambda share: None)
+        self._report = progress or watcher()
         geometry = read_geometry(scene)
         self.geometry = geometry if bounces else geometry.black()
 
@@ -66,6 +69,7 @@ class VolumeAnswer:
         # Six faces a cell as panels, with their values; the result and its copy.
         needed = cells * 8 * (6 * (32 + colours * basis.size) + 3 * colours * basis.size)
         require_memory(needed, "bands", bands)
+        self._report(0.0)
         faces = cut_faces(grid, self.geometry.walls)
         values = direct_light(self.geometry, faces, cells, bands, _DIRECT * self.tolerance)
         if self.geometry.reflects:
@@ -92,6 +96,18 @@ class VolumeAnswer:
         unit = checked_directions(directions, dimension=3)
         needed = 16 * len(unit) * geometry.colours * self.scene.grid.cell_count
         require_memory(needed, "directions", unit.shape)
+        bounced = self._bounced(self._elements(), _AFTER_BOUNCES) if geometry.reflects else None
+        values = np.empty((len(unit), geometry.colours, *shape))
+        for start in range(0, len(unit), _TOGETHER):
+            self._report(_AFTER_BOUNCES + (1 - _AFTER_BOUNCES) * start / len(unit))
+            some = slice(start, start + _TOGETHER)
+            values[some] = self._intensity(unit[some], bounced)
+        self._report(1.0)
+        return per_colour(self.scene, np.ascontiguousarray(np.moveaxis(values, 1, 0)))
+
+    def _intensity(self, unit: Array, bounced: Bounced | None) -> Array:
+        """Intensities (K, colours, nx, ny, nz)."""
+        geometry, shape = self.geometry, self.scene.grid.shape
         values = projected_intensity(
             shape, unit, geometry.lights, geometry.radiance, geometry.walls
         )
@@ -100,11 +116,9 @@ class VolumeAnswer:
                 [point_intensity(p, unit)[:, None] * p.spectrum for p in geometry.points], axis=1
             )
             values += ray_intensity(shape, unit, geometry.positions, strength, geometry.walls)
-        if geometry.reflects:
-            values += cell_intensity(self._bounced(self._elements()), shape, unit).reshape(
-                values.shape
-            )
-        return per_colour(self.scene, np.ascontiguousarray(np.moveaxis(values, 1, 0)))
+        if bounced is not None:
+            values += cell_intensity(bounced, shape, unit).reshape(values.shape)
+        return values
 
     def irradiance(self) -> FacetLight:
         """Means over elements of all facets, both sides."""
@@ -156,8 +170,10 @@ class VolumeAnswer:
             return self._bounced(elements).incoming
         return arrivals(self.geometry, elements, self.tolerance)
 
-    def _bounced(self, elements: Elements) -> Bounced:
-        """Radiosity by as many lines as it takes."""
+    def _bounced(self, elements: Elements, until: float = 1.0) -> Bounced:
+        """Radiosity by as many lines as it takes. until: share of the work that it is."""
+        share = 0.0
+        self._report(share)
         given = arrivals(self.geometry, elements, _DIRECT * self.tolerance)
         root = np.sqrt(elements.side_areas)[:, None]
         count = _FIRST
@@ -166,6 +182,8 @@ class VolumeAnswer:
             found = mean_of(*pair)
             error = float(np.linalg.norm(root * (pair[0].radiosity - found.radiosity)))
             wanted = _LOOSE * self.tolerance * float(np.linalg.norm(root * found.radiosity))
+            share = (share + until) / 2
+            self._report(share)
             if error <= wanted:
                 return found
             count = self._more(count, error, wanted)

@@ -55,8 +55,7 @@ def balance(
     values = direct_light(geometry, border, 1, 1, tolerance)
     left = values[0, :, 0] * np.sqrt(4 * np.pi)
     if bounced is not None:
-        sent = bounced.radiosity * elements.side_areas[:, None]
-        left = left + bounced.open_share @ sent
+        left = left + bounced.left
     absorbed = absorbed_flux(geometry, elements, incoming).sum(axis=0)
     return Ledger(_emitted(geometry), left, absorbed)
 

@@ -11,7 +11,8 @@ from flatland.kernels.threads import run_shared
 from propagators.analytic.compiling import inner, parties_for, shared
 from propagators.analytic_3d.cuts import ROOM, height, keep_inside
 from propagators.analytic_3d.plates import TOUCH, Plates
-from propagators.analytic_3d.shadows import Work, collect_blockers, make_work, see, side_of
+from propagators.analytic_3d.shadows import Work, collect_blockers, make_work, see
+from propagators.analytic_3d.shafts import side_of
 from propagators.analytic_3d.windows import area_across
 
 Vector = NDArray[np.float64]

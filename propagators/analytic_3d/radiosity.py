@@ -33,21 +33,21 @@ Array = NDArray[np.float64]
 DENSITY = 2.0
 #: Directions whose lines are held at once.
 _BATCH = 128
-#: Steps of balancing, each of which halves what is missing or better, and bounds of its factors.
-_BALANCING, _LARGEST_FACTOR = 20, 8.0
+#: Most steps of balancing, the relative change at which it stops, and bounds of its factors.
+_BALANCING, _BALANCED, _LARGEST_FACTOR = 100, 1e-11, 1e3
 
 
 @dataclass(frozen=True, eq=False)
 class Bounced:
     """Light between sides (2 N,) of elements. incoming, radiosity: (2 N, C) flux per cell face.
 
-    open_share: (2 N,) share of what a side sends that leaves the grid.
+    left: (C,) flux of what they send that leaves the grid.
     """
 
     elements: Elements
     incoming: Array
     radiosity: Array
-    open_share: Array
+    left: Array
 
 
 def bounce(geometry: Geometry, elements: Elements, direct: Array, beams: Beams) -> Bounced:
@@ -67,14 +67,15 @@ def bounce(geometry: Geometry, elements: Elements, direct: Array, beams: Beams) 
     incoming = direct + (exchange @ radiosity) / met[:, None]
     # Sides that no line meets are too small to matter to others.
     radiosity = np.where((lines > 0)[:, None], albedo * incoming, 0.0)
-    return Bounced(elements, incoming, radiosity, open_lines / met)
+    sent = radiosity * elements.side_areas[:, None]
+    return Bounced(elements, incoming, radiosity, (open_lines / met) @ sent)
 
 
 def mean_of(first: Bounced, second: Bounced) -> Bounced:
     """The mean of two independent answers."""
     pairs = zip(
-        (first.incoming, first.radiosity, first.open_share),
-        (second.incoming, second.radiosity, second.open_share),
+        (first.incoming, first.radiosity, first.left),
+        (second.incoming, second.radiosity, second.left),
     )
     return Bounced(first.elements, *((a + b) / 2 for a, b in pairs))
 
@@ -111,8 +112,11 @@ def _balanced(
     factors = np.ones(len(wanted))
     for _ in range(_BALANCING):
         lines = factors * (exchange @ factors + open_lines)
-        better = factors * np.sqrt(wanted / np.where(lines > 0, lines, wanted))
+        steps = np.sqrt(wanted / np.where(lines > 0, lines, wanted))
+        better = factors * steps
         factors = np.clip(better, 1 / _LARGEST_FACTOR, _LARGEST_FACTOR)
+        if np.abs(steps - 1).max() < _BALANCED:
+            break
     scale = sparse.diags_array(factors)
     return sparse.csr_array(scale @ exchange @ scale), factors * open_lines
 

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from propagators.analytic.compiling import inner
 from propagators.analytic_3d.cuts import ROOM, height, keep_inside, subtract
 from propagators.analytic_3d.plates import TOUCH, Plates
+from propagators.analytic_3d.shafts import MOST_PLANES, find_shaft, is_outside, side_of
 
 Vector = NDArray[np.float64]
 Counts = NDArray[np.int64]
@@ -30,7 +31,7 @@ class Work(NamedTuple):
     """Work space of one thread, for W walls: no allocation per point.
 
     window, between: (ROOM, 3) polygons. rest: (3, ROOM, 3). blockers: (W, ROOM, 3) with counts and
-    planes (W, 4). edges: (ROOM, 4) planes of a shadow. bounds: (2, 3).
+    planes (W, 4). edges: (ROOM, 4) planes of a shadow. bounds: (2, 3). shaft: planes.
     """
 
     window: Vector
@@ -41,6 +42,7 @@ class Work(NamedTuple):
     planes: Vector
     edges: Vector
     bounds: Vector
+    shaft: Vector
 
 
 @inner
@@ -55,6 +57,7 @@ def make_work(walls: int) -> Work:
         np.empty((walls, 4)),
         np.empty((ROOM, 4)),
         np.empty((2, 3)),
+        np.empty((MOST_PLANES, 4)),
     )
 
 
@@ -74,12 +77,16 @@ def collect_blockers(
     those kept in vain cost time only.
     """
     _bound(centres, window, count, work.bounds)
-    found = 0
+    found, sides = 0, -1
     for p in range(walls.planes.shape[0]):
         if not _may_stand_between(p, centres, window, count, walls, work.bounds):
             continue
         first = walls.first[p]
         own = walls.vertices[first : walls.first[p + 1]]
+        if sides < 0:
+            sides = find_shaft(centres, window, count, work.shaft)
+        if is_outside(own, own.shape[0], work.shaft, sides):
+            continue
         size = keep_inside(own, own.shape[0], plane, work.between)
         if size < 3:
             continue
@@ -124,13 +131,6 @@ def _may_stand_between(
         here = side_of(centres[k], plane)
         lowest, highest = min(lowest, here), max(highest, here)
     return lowest < -TOUCH and highest > TOUCH
-
-
-@inner
-def side_of(centre: Vector, plane: Vector) -> float:
-    """How far a centre lies in front of a plane; the cosine to its normal at infinity."""
-    along = centre[0] * plane[0] + centre[1] * plane[1] + centre[2] * plane[2]
-    return along - centre[3] * plane[3]
 
 
 @inner

@@ -26,8 +26,8 @@ from propagators.analytic_3d.shadows import (
     collect_blockers,
     make_work,
     see,
-    side_of,
 )
+from propagators.analytic_3d.shafts import side_of
 
 Vector = NDArray[np.float64]
 Counts = NDArray[np.int64]
@@ -47,7 +47,7 @@ def add_parallel_light(result: Vector, geometry: Geometry, panels: Panels, bands
     """result (groups, C, size) += flux through panels times y of the beam's one direction."""
     for beam, irradiance in zip(geometry.beams, geometry.irradiances):
         centre = np.append(-beam.direction, 0.0)
-        flux = _seen(panels, centre, EVERYWHERE, geometry.shading, 1)[:, 0]
+        flux = seen_flows(panels, centre, EVERYWHERE, geometry.shading, 1)[:, 0]
         values = np.outer(irradiance, SphericalHarmonics(bands).evaluate(beam.direction))
         np.add.at(result, panels.groups, flux[:, None, None] * values)
 
@@ -59,17 +59,19 @@ def _point_values(
     centre, values = np.append(position, 1.0), []
     if np.any(point.coefficients):
         series = np.asarray(point.coefficients, float)
-        flows = _seen(panels, centre, EVERYWHERE, walls, series_bands(bands, series))
+        flows = seen_flows(panels, centre, EVERYWHERE, walls, series_bands(bands, series))
         values.append(flows @ series_map(bands, series).T)
     if point.lobe_direction is not None and point.lobe_flux != 0:
         axis = np.asarray(point.lobe_direction, float)
-        flows = _seen(panels, centre, np.append(axis, axis @ position), walls, bands)
+        flows = seen_flows(panels, centre, np.append(axis, axis @ position), walls, bands)
         lobe = np.tensordot(axis * point.lobe_flux / np.pi, cosine_maps(bands), 1)
         values.append(flows @ lobe.T)
     return values
 
 
-def _seen(panels: Panels, centre: Vector, horizon: Vector, walls: Plates, bands: int) -> Vector:
+def seen_flows(
+    panels: Panels, centre: Vector, horizon: Vector, walls: Plates, bands: int
+) -> Vector:
     """Flows (K, flow) of what a centre sees of panels inside a horizon plane.
 
     Of parallel light (a centre at infinity): the area seen across its direction, (K, ...) first.
@@ -99,7 +101,6 @@ def _collect(
     flows: Vector,
 ) -> None:
     work = make_work(walls.planes.shape[0])
-    everywhere = np.array([0.0, 0.0, 0.0, -1.0])
     pieces, sizes = np.empty((64, ROOM, 3)), np.empty(64, np.int64)
     harmonics = np.empty(tables.diagonal.size**2)
     plane, centres = np.empty(4), np.empty((1, 4))
@@ -114,7 +115,7 @@ def _collect(
         count = keep_inside(corners[k], 4, horizon, work.window)
         if count < 3:
             continue
-        found = collect_blockers(centres, work.window, count, plane, everywhere, walls, work)
+        found = collect_blockers(centres, work.window, count, plane, EVERYWHERE, walls, work)
         pieces, sizes, left, _ = see(centre, work.window, count, found, work, pieces, sizes)
         for p in range(left):
             if centre[3] == 0.0:

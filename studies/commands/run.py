@@ -79,7 +79,8 @@ def command(
     from flatland.results import result_dataset, save_dataset
     from flatland.scene import load_scene, refined
     from propagators import create
-    from studies.progress import steps_bar
+    from propagators.base import StencilPropagator
+    from studies.progress import answer_bar, steps_bar
     from studies.running import Method, run_method
 
     check_stopping(iterations, converge)
@@ -93,9 +94,11 @@ def command(
     scheme = create(propagator, **scheme_options(options))
     walls = (blocking, strength, not no_bounces, lights_block)
     method = Method(scheme, bands, iterations, converge, precision, *walls, **rules)
-    with steps_bar(method.steps_on(loaded), converge is None) as advance:
+    steps = converge is None and isinstance(scheme, StencilPropagator)
+    with steps_bar(method.steps_on(loaded), steps) as advance:
         run = run_method(loaded, method, advance, keep_levels=True)
-    errors = _errors(loaded, run) if reference else {}
+    with answer_bar():
+        errors = _errors(loaded, run) if reference else {}
     lit = [] if lighting is None else lighting(run.accumulated)
     if output is not None:
         fields = {"accumulated": run.accumulated}

@@ -92,19 +92,22 @@ def _draw_flux(data: xr.Dataset) -> Figure:
     top = float(exact.max()) or 1.0
     scale = LogNorm(top * 1e-4, top)
     across, up = _sides(data)
-    wide, tall = COLUMN * 0.6, COLUMN * 0.6 * up / across + 0.2
-    size = (wide * len(columns) + 0.6, tall * len(bands) + 0.2)
+    wide, tall = COLUMN * 0.6, COLUMN * 0.54 * up / across + 0.1
+    # Inches: beside the panels the scale; above and below them titles, numbers and names of axes.
+    size = (wide * len(columns) + 0.6, tall * len(bands) + (0.9 if data.attrs["place"] else 0.7))
     figure = Figure(figsize=size, layout="constrained")
-    grid = figure.subplots(len(bands), len(columns), squeeze=False)
+    grid = figure.subplots(len(bands), len(columns), squeeze=False, sharex=True, sharey=True)
     for row, n in zip(grid, bands):
         for axes, name in zip(row, columns):
             flux = exact if name == "exact" else data["flux"].sel(scheme=name, bands=n).values
             shown = np.maximum(flux.T, top * 1e-4)
             image = axes.imshow(shown, origin="lower", extent=extent_of(data), norm=scale)
             draw_scene(axes, data, cells=False)
-            axes.set_title(name.upper() if name != "exact" else "exact")
             axes.set_ylabel("")
+            axes.label_outer()
         row[0].set_ylabel(f"{n} bands: {data.attrs['up']} [m]")
+    for axes, name in zip(grid[0], columns):
+        axes.set_title(name.upper() if name != "exact" else "exact")
     if data.attrs["place"]:
         figure.suptitle(data.attrs["place"])
     figure.colorbar(image, ax=grid, label="flux that leaves a cell [W]", aspect=40, pad=0.01)
