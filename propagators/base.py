@@ -126,6 +126,7 @@ class Propagator(ABC):
         return Answer(self.solve(scene, bands))
 
     def require_dimension(self, dimension: int) -> None:
+        """Raise InputError if the scheme does not exist in so many dimensions."""
         if dimension not in self.dimensions:
             rule = f"{self.name} cannot do this number of dimensions"
             raise bad_input("dimension", dimension, rule, self.dimensions)
