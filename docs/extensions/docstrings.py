@@ -69,7 +69,7 @@ def _plain(text: str) -> str:
     escaped = _SPECIAL.sub(r"\\\1", text)
     escaped = _NUMERICS.sub(_link, escaped)
     escaped = _NAMES.sub(lambda found: f":py:obj:`{found[1]} <{_KNOWN[found[1]]}>`", escaped)
-    return _FAULTS.sub(r"**\1.**", escaped)
+    return _FAULTS.sub(r"**\1:**", escaped)
 
 
 def _link(found: re.Match[str]) -> str:

@@ -1,4 +1,6 @@
-"""The directive `figures`: every figure of the registry, drawn when the page is built.
+"""The directives `figures`, every figure of the registry, and `drawn NAME PART`, one picture.
+
+Both are drawn when the page is built.
 
 Figures that rest on studies take minutes to compute. Their data, exactly as `flatland figure`
 stores it, lies packed in docs/gallery, and only the drawing is done here. Those in COMPUTED are
@@ -37,30 +39,36 @@ COMPUTED = (
 )
 
 
+class DrawnDirective(SphinxDirective):
+    """`drawn NAME PART`; a figure of one picture has no parts."""
+
+    required_arguments = 1
+    optional_arguments = 1
+
+    def run(self) -> list[nodes.Node]:
+        name, stem = self.arguments[0], "-".join(self.arguments)
+        if self.env.app.tags.has("quick"):
+            return []
+        places = [place for place in _pictures(self, name) if Path(place).stem == stem]
+        if not places:
+            _LOG.warning("drawn: no picture %s", stem, location=self.get_location())
+        looks = {"alt": stem, "classes": ["gallery-picture"]}
+        return [nodes.image(uri=place, **looks) for place in places]
+
+
 class FiguresDirective(SphinxDirective):
     """`figures`: cards of all figures, then each of them with what it shows."""
 
     def run(self) -> list[nodes.Node]:
         from studies.figures import FIGURES
 
-        made = {name: self._pictures(name) for name in FIGURES}
+        made = {name: _pictures(self, name) for name in FIGURES}
         cards = nodes.container(classes=["cards"])
         cards += [_card(name, made[name][0]) for name in FIGURES if made[name]]
         return [
             cards,
             *(self._section(name, text, made[name]) for name, (_, text) in FIGURES.items()),
         ]
-
-    def _pictures(self, name: str) -> list[str]:
-        """Places of the pictures of a figure below the source folder."""
-        if self.env.app.tags.has("quick"):
-            return []
-        try:
-            paths = make(name, Path(self.env.srcdir) / "generated" / "figures")
-        except Exception as error:  # noqa: BLE001 - whatever it is, the page is wrong
-            _LOG.warning("figure %s: %s", name, error, location=self.get_location())
-            return []
-        return ["/" + path.relative_to(self.env.srcdir).as_posix() for path in paths]
 
     def _section(self, name: str, text: str, pictures: list[str]) -> nodes.section:
         from studies.figures import FIGURES
@@ -70,13 +78,26 @@ class FiguresDirective(SphinxDirective):
         module = importlib.import_module(FIGURES[name][0])
         said = inspect.cleandoc(module.__doc__ or "").partition("\n\n")[2]
         lines = [f"{text[0].upper()}{text[1:]}.", "", said, ""]
-        for place in pictures:
-            lines += [f"![{text}]({place})", ""]
         if not pictures:
             lines += ["Not drawn in this build: its numbers take a study of some minutes.", ""]
-        lines += ["```sh", f"flatland figure {name}", "```", "", _downloads(pictures)]
+        section += self.parse_text_to_nodes("\n".join(lines))
+        looks = {"alt": text, "classes": ["gallery-picture"]}
+        section += [nodes.image(uri=place, **looks) for place in pictures]
+        lines = ["```sh", f"flatland figure {name}", "```", "", _downloads(pictures)]
         section += self.parse_text_to_nodes("\n".join(lines))
         return section
+
+
+def _pictures(directive: SphinxDirective, name: str) -> list[str]:
+    """Places of the pictures of a figure below the source folder."""
+    if directive.env.app.tags.has("quick"):
+        return []
+    try:
+        paths = make(name, Path(directive.env.srcdir) / "generated" / "figures")
+    except Exception as error:  # noqa: BLE001 - whatever it is, the page is wrong
+        _LOG.warning("figure %s: %s", name, error, location=directive.get_location())
+        return []
+    return ["/" + path.relative_to(directive.env.srcdir).as_posix() for path in paths]
 
 
 def _card(name: str, picture: str) -> nodes.container:
@@ -97,6 +118,7 @@ def _downloads(pictures: list[str]) -> str:
 
 def make(name: str, folder: Path) -> list[Path]:
     """PNG files of a figure in a folder of its own for this code; [] if its data is not at hand."""
+    from flatland.results import write_atomically
     from studies.figures import FIGURES
     from studies.sweeps.code import code_version
 
@@ -109,7 +131,10 @@ def make(name: str, folder: Path) -> list[Path]:
     packed = [PACKED / f"{name}-{part}.nc.xz" for part in module.PARTS]
     if all(path.exists() for path in packed):
         for path in packed:
-            (folder / path.stem).write_bytes(lzma.decompress(path.read_bytes()))
+            content = lzma.decompress(path.read_bytes())
+            write_atomically(
+                folder / path.stem, lambda place, data=content: place.write_bytes(data)
+            )
     elif name not in COMPUTED:
         return []
     paths = _drawn(name, folder, from_data=all(path.exists() for path in packed))
@@ -157,7 +182,8 @@ def pack(folder: Path) -> list[Path]:
 
 
 def setup(app: Sphinx) -> dict[str, bool]:
-    """Offer the directive."""
+    """Offer the directives."""
+    app.add_directive("drawn", DrawnDirective)
     app.add_directive("figures", FiguresDirective)
     return {"parallel_read_safe": True, "parallel_write_safe": True}
 
