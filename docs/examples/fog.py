@@ -38,4 +38,4 @@ if __name__ == "__main__":
         simulation.solve()
         books = simulation.ledger
         assert abs(books.emitted - books.left - books.absorbed) < 1e-6 * books.emitted
-        print(f"scattered {share:.1f}: {float(books.absorbed):5.2f} W end on the shelf")  # noqa: T201
+        print(f"scattered {share:.1f}: {float(books.absorbed):5.2f} W end on the shelf")

@@ -190,4 +190,4 @@ def setup(app: Sphinx) -> dict[str, bool]:
 
 if __name__ == "__main__":
     for path in pack(Path(sys.argv[1])):
-        print(path)  # noqa: T201
+        print(path)
