@@ -80,6 +80,8 @@ class FiguresDirective(SphinxDirective):
         lines = [f"{text[0].upper()}{text[1:]}.", "", said, ""]
         if not pictures:
             lines += ["Not drawn in this build: its numbers take a study of some minutes.", ""]
+        if pictures and (code := code_behind(name)):
+            lines += [f"Drawn from stored data, computed by version {code}.", ""]
         section += self.parse_text_to_nodes("\n".join(lines))
         looks = {"alt": text, "classes": ["gallery-picture"]}
         section += [nodes.image(uri=place, **looks) for place in pictures]
@@ -128,18 +130,44 @@ def make(name: str, folder: Path) -> list[Path]:
     if stamp.exists() and stamp.read_text(encoding="utf-8").splitlines()[0] == version:
         return [folder / line for line in stamp.read_text(encoding="utf-8").splitlines()[1:]]
     folder.mkdir(parents=True, exist_ok=True)
-    packed = [PACKED / f"{name}-{part}.nc.xz" for part in module.PARTS]
-    if all(path.exists() for path in packed):
-        for path in packed:
+    if is_packed(name):
+        for path in packed_data(name):
             content = lzma.decompress(path.read_bytes())
             write_atomically(
                 folder / path.stem, lambda place, data=content: place.write_bytes(data)
             )
     elif name not in COMPUTED:
         return []
-    paths = _drawn(name, folder, from_data=all(path.exists() for path in packed))
+    paths = _drawn(name, folder, from_data=is_packed(name))
     stamp.write_text("\n".join([version, *(path.name for path in paths)]), encoding="utf-8")
     return paths
+
+
+def packed_data(name: str) -> list[Path]:
+    """Where the packed data of a figure's parts lies, there or not."""
+    from studies.figures import FIGURES
+
+    module = importlib.import_module(FIGURES[name][0])
+    return [PACKED / f"{name}-{part}.nc.xz" for part in module.PARTS]
+
+
+def is_packed(name: str) -> bool:
+    """Whether a figure can be drawn without computing it."""
+    return all(path.exists() for path in packed_data(name))
+
+
+def code_behind(name: str) -> str:
+    """The version of the code that computed a figure's packed data; "" if none is packed."""
+    import io
+
+    import xarray as xr
+
+    for path in filter(Path.exists, packed_data(name)):
+        content = io.BytesIO(lzma.decompress(path.read_bytes()))
+        with xr.open_dataset(content, engine="h5netcdf") as data:
+            if "code" in data.attrs:
+                return str(data.attrs["code"])
+    return ""
 
 
 def _drawn(name: str, folder: Path, from_data: bool) -> list[Path]:

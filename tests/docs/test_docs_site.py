@@ -125,6 +125,16 @@ def test_plain_blocks_name_commands_that_exist():
             assert all(f"\n{target}:" in makefile for target in targets)
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("name", [name for name in FIGURES if gallery.is_packed(name)])
+def test_a_figure_whose_data_is_packed_can_be_drawn_from_it(name, tmp_path):
+    """Figures that changed need `make gallery`."""
+    pictures = gallery.make(name, tmp_path)
+    assert pictures
+    assert all(picture.stat().st_size > 1000 for picture in pictures)
+    assert gallery.code_behind(name)
+
+
 def test_the_packed_data_of_the_gallery_belongs_to_figures_that_are_there():
     packed = {path.name for path in gallery.PACKED.glob("*.nc.xz")}
     parts = {
