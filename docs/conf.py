@@ -29,7 +29,7 @@ extensions = [
 exclude_patterns = ["images/*", "generated/*"]
 templates_path: list[str] = []
 
-myst_enable_extensions = ["dollarmath", "colon_fence", "deflist"]
+myst_enable_extensions = ["dollarmath"]
 myst_heading_anchors = 4
 suppress_warnings = ["myst.header"]
 
