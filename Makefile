@@ -9,7 +9,7 @@ QT_LIBRARIES := libegl1 libgl1 libxkbcommon0 libdbus-1-3 libfontconfig1 libglib2
 QT_CHECK := QT_QPA_PLATFORM=offscreen $(BIN)/python -c \
   "from PySide6 import QtSvg, QtWidgets; QtWidgets.QApplication([])"
 
-.PHONY: figure5 test test-slow bench lint lock clean qt
+.PHONY: figure5 test test-slow bench docs gallery lint lock clean qt
 
 ## Produce the comparison table and picture of figure 5's first scene, in out/.
 figure5: $(STAMP)
@@ -26,6 +26,16 @@ test-slow: $(STAMP) qt
 ## Speed, as ratios to limits measured in the same run.
 bench: $(STAMP)
 	$(BIN)/python -m pytest benchmarks -q -s -p no:xdist
+
+## The documentation site, in out/docs/index.html; every command on it is run. Needs no network.
+docs: $(STAMP)
+	$(BIN)/sphinx-build -W --keep-going -j 2 -q docs out/docs
+	@echo "open out/docs/index.html"
+
+## Run the studies behind the slow figures of the site's gallery again, and pack their data.
+gallery: $(STAMP)
+	$(BIN)/flatland figure all -o out
+	$(BIN)/python docs/extensions/gallery.py out
 
 lint: $(STAMP)
 	$(BIN)/ruff check .
@@ -46,8 +56,8 @@ qt: $(STAMP)
 ## Refresh the lock: exact versions and hashes of everything that is installed.
 lock: $(STAMP)
 	$(BIN)/python -m pip install -q uv
-	$(BIN)/uv pip compile pyproject.toml --group dev --universal --python-version 3.11 \
-	  --generate-hashes --no-emit-index-url --no-emit-find-links -q -o requirements.lock
+	$(BIN)/uv pip compile pyproject.toml --group dev --group docs --universal \
+	  --python-version 3.11 --generate-hashes --no-emit-index-url --no-emit-find-links -q -o requirements.lock
 
 $(STAMP): requirements.lock pyproject.toml
 	$(PYTHON) -c 'import sys; sys.exit("flatland needs Python 3.11 or newer, this is " + sys.version.split()[0]) if sys.version_info < (3, 11) else None'
@@ -57,4 +67,4 @@ $(STAMP): requirements.lock pyproject.toml
 	touch $@
 
 clean:
-	rm -rf $(VENV) out .pytest_cache .mypy_cache .ruff_cache .hypothesis
+	rm -rf $(VENV) out .pytest_cache .mypy_cache .ruff_cache .hypothesis docs/generated

@@ -38,6 +38,7 @@ class Field:
 
     @property
     def coloured(self) -> bool:
+        """Whether the leading axis of `values` is that of colours."""
         return self.values.ndim == self.grid.dimension + 2
 
     @property

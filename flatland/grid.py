@@ -52,10 +52,12 @@ class Grid:
 
     @property
     def dimension(self) -> int:
+        """2 or 3."""
         return len(self.shape)
 
     @property
     def cell_count(self) -> int:
+        """Number of cells."""
         return math.prod(self.shape)
 
     @property

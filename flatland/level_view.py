@@ -20,18 +20,22 @@ class LevelView:
 
     @property
     def grid(self) -> Grid:
+        """The level's cells."""
         return self._simulation.octree.levels[self._number].grid
 
     @property
     def source(self) -> Field:
+        """The light of one step before; dark before the first step."""
         return self._simulation._level_field(self._number, "source")
 
     @property
     def target(self) -> Field:
+        """The newest light."""
         return self._simulation._level_field(self._number, "target")
 
     @property
     def accumulated(self) -> Field:
+        """Σ_i S_i of this level, from when it was filled."""
         return self._simulation._level_field(self._number, "accumulated")
 
     @property

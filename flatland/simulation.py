@@ -227,6 +227,7 @@ class Simulation:
 
     @property
     def levels(self) -> int:
+        """Number of octree levels; 1 for the uniform grid."""
         return len(self.octree.levels)
 
     @property
@@ -239,14 +240,17 @@ class Simulation:
 
     @property
     def source(self) -> Field:
+        """The light of one step before, on level 0; dark before the first step."""
         return self.level(0).source
 
     @property
     def target(self) -> Field:
+        """The newest light, on level 0: what the next step sends on."""
         return self.level(0).target
 
     @property
     def accumulated(self) -> Field:
+        """S_A = Σ_i S_i of level 0, injection included: what the exact answer is compared with."""
         return self.level(0).accumulated
 
     @property

@@ -119,13 +119,19 @@ class Propagator(ABC):
 
     @abstractmethod
     def solve(self, scene: Scene, bands: int, tolerance: float = 1e-8) -> Field:
-        """The stationary field of a scene: intensity that leaves each cell (numerics §1)."""
+        """The stationary field of a scene: intensity that leaves each cell (numerics §1).
+
+        bands: of the field. tolerance: relative residual, for schemes that iterate. Raises
+        InputError for a dimension that the scheme does not have and for grids too large for the
+        memory, ConvergenceError or InstabilityError where there is no such field.
+        """
 
     def answer(self, scene: Scene, bands: int) -> Answer:
         """The field as `solve` gives it, with books and details if the scheme has them."""
         return Answer(self.solve(scene, bands))
 
     def require_dimension(self, dimension: int) -> None:
+        """Raise InputError if the scheme does not exist in so many dimensions."""
         if dimension not in self.dimensions:
             rule = f"{self.name} cannot do this number of dimensions"
             raise bad_input("dimension", dimension, rule, self.dimensions)
@@ -143,10 +149,18 @@ class DirectPropagator(Propagator):
 
 
 class StencilPropagator(Propagator):
-    """A scheme whose step is linear, local and the same in every cell."""
+    """A scheme whose step is linear, local and the same in every cell.
+
+    Subclasses answer `_build`. What all of them get wrong: a step is a cell, whatever the
+    direction, so that finer cells mean more steps and more of each step's error; and light forgets
+    where in its cell it was.
+    """
 
     def stencil(self, basis: AngularBasis) -> Stencil:
-        """The scheme as data, for one angular basis."""
+        """The scheme as data, for one angular basis: offsets and matrices (numerics §3).
+
+        Raises InputError if the scheme does not exist in the basis' dimension.
+        """
         self.require_dimension(basis.dimension)
         return self._build(basis)
 
@@ -189,6 +203,10 @@ class StencilPropagator(Propagator):
         return sum(other.values[name] != value for name, value in self.values.items())
 
     def solve(self, scene: Scene, bands: int, tolerance: float = 1e-8) -> Field:
+        """The converged field, (1 − A) S_A = S_0, with exact blocking and bounces, in float64.
+
+        See `Propagator.solve`; for other settings make a `Simulation`.
+        """
         simulation = Simulation(scene, self, bands=bands)
         simulation.solve(tolerance)
         return simulation.accumulated

@@ -56,7 +56,7 @@ class DiscreteOrdinates(StencilPropagator):
 
 
 class DiscreteOrdinates4(DiscreteOrdinates):
-    """Four axial neighbours, bins of 90°.
+    """Four axial neighbours, bins of 90° (numerics §3).
 
     What it gets wrong: light moves along the axes only, and shows as bright crosses (ray
     effects) the more bands there are. With emission="delta" it grows by 1.2732 a step from 3 bands.
@@ -68,7 +68,7 @@ class DiscreteOrdinates4(DiscreteOrdinates):
 
 
 class DiscreteOrdinates8(DiscreteOrdinates):
-    """Eight neighbours, bins of 45°.
+    """Eight neighbours, bins of 45° (numerics §3).
 
     What it gets wrong: eight streets of light (ray effects); between them it is dark. A diagonal
     step is longer, but counts as one cell: the scalar field is anisotropic even when isotropic
@@ -81,7 +81,9 @@ class DiscreteOrdinates8(DiscreteOrdinates):
 
 
 class DiscreteOrdinates6(DiscreteOrdinates):
-    """Six axial neighbours in 3D, bins that are the faces of a cube seen from its centre, 2π/3.
+    """Six axial neighbours in 3D, bins that are the faces of a cube seen from its centre.
+
+    Each is 2π/3 sr (numerics §3).
 
     What it gets wrong: light moves along the axes only, so that a source draws six rays and a
     slanted beam a staircase. With emission="delta" light grows by 1.3783 a step from 3 bands.
@@ -96,7 +98,8 @@ class DiscreteOrdinates6(DiscreteOrdinates):
 class DiscreteOrdinates26(DiscreteOrdinates):
     """All 26 neighbours in 3D: octagonal, rectangular and hexagonal bins.
 
-    The bins' solid angles are 0.5753 sr (axial steps), 0.4647 sr (two axes) and 0.4423 sr (three).
+    The bins' solid angles are 0.5753 sr (axial steps), 0.4647 sr (two axes) and 0.4423 sr (three;
+    numerics §3).
 
     What it gets wrong: 26 streets of light (ray effects). A diagonal step is up to √3 times as
     long, but counts as one: the front of a light is a cube. With emission="delta" light grows by

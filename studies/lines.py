@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass
 from typing import Any
 
@@ -42,3 +43,23 @@ _SPARE = (
 def line_of(name: str) -> Line:
     """The style of a method; methods without one of their own get a spare one by name."""
     return LINES.get(name) or _SPARE[sum(name.encode()) % len(_SPARE)]
+
+
+def lines_of(names: list[str]) -> dict[str, Line]:
+    """Styles of methods shown together; variants, `name(option=…)`, differ from one another.
+
+    The first of a scheme's variants has the scheme's style.
+    """
+    own: dict[str, str] = {}
+    for name in names:
+        own.setdefault(name.partition("(")[0], name)
+    spare = itertools.cycle(_SPARE)
+    return {
+        name: line_of(base) if own[base := name.partition("(")[0]] == name else next(spare)
+        for name in names
+    }
+
+
+def heading(name: str) -> str:
+    """A method's name as a heading: LPV, DOM8; with options, as it is written."""
+    return name if "(" in name else name.upper()

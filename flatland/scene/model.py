@@ -105,6 +105,7 @@ class Scene(BaseModel):
 
     @property
     def grid(self) -> Grid:
+        """Where cells are."""
         return self.grid_table.grid
 
     @property

@@ -27,7 +27,7 @@ MOST_ORDINATES = 2**17
 
 
 class Beam(DirectPropagator):
-    """Discrete ordinates without a grid error: light is followed as whole beams.
+    """Discrete ordinates without a grid error: light is followed as whole beams (numerics §12).
 
     For each of M directions ω_k = 2π/M (k + 1/2), every surface that shines is cut into beams, each
     of which ends on one other surface; what a beam sends through the faces of each cell is exact.

@@ -34,7 +34,7 @@ class RadianceCascades(DirectPropagator):
     Gauss points on every piece of every face, faces being cut where segments meet them. Levels are
     merged from the top: a ray that meets nothing sees what the level above sees in its direction,
     interpolated between 4 probes. What leaves a cell is then Σ L ∫ |n·ω| y dω over bins, in closed
-    form.
+    form (numerics §12).
 
     fix="vanilla": that, as published. "bilinear": rays run from a probe's own interval to the
     interval of each of the 4 probes and each of the bins above, so that nothing is skipped or seen

@@ -26,7 +26,7 @@ Rays = tuple[Array, Array]
 
 
 class HolographicCascades(DirectPropagator):
-    """Holographic radiance cascades (Freeman, Sannikov and Margel 2025).
+    """Holographic radiance cascades (Freeman, Sannikov and Margel 2025; numerics §12).
 
     Probes are the points of a lattice with `lattice` steps a cell. In each of four frames, a
     quarter turn apart, level n has rays (2ⁿ, 2k - 2ⁿ), k = 0 … 2ⁿ, from its planes X = a 2ⁿ, and

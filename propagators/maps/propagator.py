@@ -24,7 +24,7 @@ Array = NDArray[np.float64]
 
 
 class LightPropagationMaps(DirectPropagator):
-    """Light propagation maps (Fattal 2009), in 2D and with surfaces.
+    """Light propagation maps (Fattal 2009), in 2D and with surfaces (numerics §12).
 
     Four maps, one for each axis, each with M angles over ±45° round it; for each angle rays cross
     the grid at a distance of 1/K cells, K of them for each cell across, at exact places: light is

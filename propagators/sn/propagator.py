@@ -25,6 +25,8 @@ FEWEST = 64
 class GridSweeps(DirectPropagator):
     """Discrete ordinates on the grid, S_N: a sweep from cell to cell for each of M directions.
 
+    Rules and formulas: numerics §12.
+
     rule="step": what leaves a cell has its mean radiance. "diamond": the mean of opposite faces is
     the cell's. "step-characteristics": radiance is constant on each face where light enters and the
     rays are followed exactly; conserves, never negative, the best plain choice. These three

@@ -14,6 +14,7 @@ from flatland.scene import scene_to_toml
 from studies.comparison import Comparison
 from studies.figures.lobes import draw_lobes, draw_scene, legend_entries
 from studies.figures.slices import Slice, cut, extent_of, in_space, plane_data
+from studies.lines import heading
 from studies.reference import DIRECTIONS, even_directions
 from studies.style import COLUMN
 
@@ -26,18 +27,20 @@ def comparison_data(comparison: Comparison, layer: Slice | None = None) -> xr.Da
 
     Directions are angles of travel [rad] in the picture's plane, from its axis across. In 3D only
     cells of the layer are in it, and directions that lie in its plane. Colours are added up.
-    `intensity` and `flux` are NaN for a method and band count that did not run.
+    `intensity` and `flux` are NaN for a method and band count that did not run. A scheme is called
+    by its name, and with its options where several variants of it are compared.
     """
     data = plane_data(comparison.scene, layer)
     unit = even_directions(2, DIRECTIONS[2])
     directions = in_space(unit, layer)
-    names = list(dict.fromkeys(run.method.propagator.name for run in comparison.runs))
+    labels = _labels(comparison)
+    names = list(dict.fromkeys(labels))
     bands = sorted({run.method.bands for run in comparison.runs})
     cells = tuple(data.sizes[data.attrs[name]] for name in ("across", "up"))
     intensity = np.full((len(names), len(bands), len(unit), *cells), np.nan)
     flux, errors = (np.full((len(names), len(bands), *each), np.nan) for each in (cells, ()))
-    for run, measured in zip(comparison.runs, comparison.errors):
-        place = names.index(run.method.propagator.name), bands.index(run.method.bands)
+    for label, run, measured in zip(labels, comparison.runs, comparison.errors):
+        place = names.index(label), bands.index(run.method.bands)
         field = run.accumulated
         light = _grey(comparison, cut(field.values.astype(float), layer))
         intensity[place] = np.tensordot(field.basis.evaluate(directions), light, axes=1)
@@ -65,6 +68,16 @@ def comparison_data(comparison: Comparison, layer: Slice | None = None) -> xr.Da
         "versions": json.dumps(versions(), sort_keys=True),
     }
     return data
+
+
+def _labels(comparison: Comparison) -> list[str]:
+    """What each run's scheme is called, so that no two schemes are called the same."""
+    schemes = [run.method.propagator for run in comparison.runs]
+    variants = {
+        name: {repr(scheme) for scheme in schemes if scheme.name == name}
+        for name in (scheme.name for scheme in schemes)
+    }
+    return [each.name if len(variants[each.name]) == 1 else repr(each) for each in schemes]
 
 
 def draw_comparison(data: xr.Dataset) -> Figure:
@@ -107,7 +120,7 @@ def _draw_flux(data: xr.Dataset) -> Figure:
             axes.label_outer()
         row[0].set_ylabel(f"{n} bands: {data.attrs['up']} [m]")
     for axes, name in zip(grid[0], columns):
-        axes.set_title(name.upper() if name != "exact" else "exact")
+        axes.set_title(name if name == "exact" else heading(name))
     if data.attrs["place"]:
         figure.suptitle(data.attrs["place"])
     figure.colorbar(image, ax=grid, label="flux that leaves a cell [W]", aspect=40, pad=0.01)

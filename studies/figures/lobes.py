@@ -13,7 +13,7 @@ from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
 from studies.figures.slices import extent_of
-from studies.style import LINES, line_of
+from studies.lines import LINES, heading, lines_of
 
 Array = NDArray[np.float64]
 
@@ -48,8 +48,8 @@ def draw_lobes(axes: Axes, data: xr.Dataset, bands: int) -> None:
     spacing = float(data.attrs["spacing"])
     outline = _outlines(np.maximum(exact, 0) * size * spacing, angles, centres)
     axes.add_collection(PolyCollection(outline, facecolors=LINES["analytic"].colour, linewidths=0))
-    for name in methods["scheme"].values:
-        line, values = line_of(str(name)), methods.sel(scheme=name).values * size * spacing
+    for name, line in lines_of([str(name) for name in methods["scheme"].values]).items():
+        values = methods.sel(scheme=name).values * size * spacing
         curves = _outlines(np.maximum(values, 0), angles, centres)
         lines = LineCollection(curves, colors=line.colour, linewidths=line.width)
         lines.set_linestyle(line.dashes)
@@ -80,9 +80,8 @@ def draw_scene(axes: Axes, data: xr.Dataset, cells: bool = True) -> None:
 def legend_entries(names: list[str]) -> list[Patch | Line2D]:
     """Handles for a legend of the exact answer and of methods."""
     entries: list[Patch | Line2D] = [Patch(color=LINES["analytic"].colour, label="exact")]
-    for name in names:
-        line = line_of(name)
-        entry = Line2D([], [], label=name.upper(), color=line.colour, linewidth=line.width)
+    for name, line in lines_of(names).items():
+        entry = Line2D([], [], label=heading(name), color=line.colour, linewidth=line.width)
         entry.set_linestyle(line.dashes)
         entries.append(entry)
     return entries

@@ -9,6 +9,7 @@ import propagators
 from flatland import Scene, load_scene
 from studies.comparison import compare
 from studies.figures.comparison import LARGEST_FOR_LOBES, comparison_data, draw_comparison
+from studies.lines import line_of, lines_of
 from studies.running import Method
 from studies.style import figure_style, save_figure
 
@@ -47,3 +48,19 @@ def test_the_data_of_a_picture_holds_the_exact_flux():
     exact = propagators.create("analytic").solve(scene, 1)
     flux = data["exact"].values.mean(axis=0) * 2 * np.pi
     np.testing.assert_allclose(flux, exact.scalar_flux(), atol=2e-3)
+
+
+def test_variants_of_a_scheme_stand_apart():
+    """They were once drawn over one another, the last one visible."""
+    scene = load_scene("fig5-one-light")
+    schemes = [propagators.create("lpv"), propagators.create("lpv", normalization="published")]
+    schemes.append(propagators.create("dom8"))
+    data = comparison_data(
+        compare(scene, [Method(each, bands=1, iterations=3) for each in schemes])
+    )
+    assert data["scheme"].values.tolist() == ["lpv()", "lpv(normalization='published')", "dom8"]
+    totals = data["flux"].sum(("x", "y", "bands"))
+    assert float(totals[1]) < 0.5 * float(totals[0])
+    lines = lines_of(data["scheme"].values.tolist())
+    assert lines["lpv()"] == line_of("lpv")
+    assert len({line.colour for line in lines.values()}) == 3
