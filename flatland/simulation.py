@@ -18,6 +18,7 @@ from flatland.kernels import Layout, Sweep
 from flatland.kernels.reports import Buffer
 from flatland.ledger import Bookkeeper, Ledger
 from flatland.light_state import LightState
+from flatland.medium_step import enter_medium
 from flatland.memory import require_memory
 from flatland.occlusion import Occlusion, Walls, without_first_bounces
 from flatland.scene import Scene
@@ -82,8 +83,13 @@ class Simulation:
         tau = _checked_transmittance(transmittance, self.stencil, scene)
         given = Occlusion(tau)
         self._occlusion = walls.occlusion(scene, self.stencil) if tau is None else given
+        self._walls, self._medium = self._occlusion, enter_medium(self.stencil, scene)
+        if self._medium is not None:
+            self.stencil = self._medium.stencil
+            self._occlusion = self._medium.occlusion(self._walls, scene.grid.shape)
         tau = self._occlusion.transmittance
-        self._books = Bookkeeper(self.stencil, blocked=tau is not None)
+        takes = tau is not None or self._medium is not None
+        self._books = Bookkeeper(self.stencil, blocked=takes)
         sweep = Sweep(self.stencil, layout, tau, self._books.components)
         patterns, self._mixing = self._spectra()
         self._states = [
@@ -112,7 +118,7 @@ class Simulation:
 
     def _spectra(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Patterns (P, size, *shape) that are stepped and mixing (colours, P)."""
-        lights = without_first_bounces(self.scene) if self._occlusion.reflections else self.scene
+        lights = without_first_bounces(self.scene) if self._walls.reflections else self.scene
         if not (self.stencil.clamp or self._occlusion.coloured):
             return independent_spectra(lights, self.basis)
         # A clamped step is not linear, and coloured walls treat every colour in their own way:
@@ -252,7 +258,15 @@ class Simulation:
     def ledger(self) -> Ledger:
         """Where the flux went, () or (colours,)."""
         mixing = self._mixing if self.scene.colours else self._mixing[0]
-        return Ledger.mixed(self._ledgers, mixing)
+        return Ledger.mixed([self._parted(*each) for each in enumerate(self._ledgers)], mixing)
+
+    def _parted(self, number: int, ledger: Ledger) -> Ledger:
+        """The books of one pattern, with what a medium takes apart from what walls take."""
+        if self._medium is None:
+            return ledger
+        state = self._states[number]
+        sent = state.values(state.total) - state.values(state.target)
+        return self._medium.book(ledger, np.asarray(sent, float), self._walls)
 
     def _field(self, values: list[NDArray[np.floating]]) -> Field:
         if self.scene.colours:

@@ -107,9 +107,14 @@ class DirectProblem:
         return Answer(field, None if ledger is None else by_colour(ledger, coloured), details)
 
 
-def read_problem(scene: Scene, bands: int, element: float, bounces: bool) -> DirectProblem:
-    """Raises InputError for what `read_geometry` refuses and for bad bands."""
-    geometry = read_geometry(scene)
+def read_problem(
+    scene: Scene, bands: int, element: float, bounces: bool, medium: bool = False
+) -> DirectProblem:
+    """medium: whether the scheme knows one.
+
+    Raises InputError for what `read_geometry` refuses and for bad bands.
+    """
+    geometry = read_geometry(scene, medium)
     if not bounces:
         geometry = replace(geometry, albedo=np.zeros_like(geometry.albedo))
     return DirectProblem(scene, geometry, CircularHarmonics(bands), element)
