@@ -17,7 +17,7 @@ Array = NDArray[np.float64]
 #: Relative residual asked for, and the one beyond which an answer is refused.
 RESIDUAL, WORST_RESIDUAL = 1e-11, 1e-8
 #: Steps for each cell along both sides after which a solver takes over: in a vacuum one is enough.
-_PATIENCE = 3
+_PATIENCE = 1
 MOST_ITERATIONS = 20_000
 
 
