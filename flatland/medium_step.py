@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import warnings
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -15,7 +16,6 @@ from flatland.ledger import Ledger
 from flatland.medium import Medium, collision_probability, share_ahead
 from flatland.moments import spread_ratio
 from flatland.occlusion import Occlusion
-from flatland.scene import Scene
 from flatland.stability import symbol
 from flatland.stencil import Stencil
 
@@ -51,14 +51,14 @@ class MediumStep:
     stencil: Stencil
     behind: Array
 
-    def occlusion(self, walls: Occlusion, shape: tuple[int, ...]) -> Occlusion:
-        """The walls, and what stays in each cell among what comes back.
-
-        Raises InputError for walls that are not read in the first step.
-        """
+    def require_walls(self, walls: Occlusion) -> None:
+        """Raise InputError for walls that are not read in the first step."""
         if walls.free_first_step:
             rule = "cannot be read in a medium, as the first step would have to pass it"
             raise bad_input("blocking", "fuzzy", rule, ("exact", "none"))
+
+    def occlusion(self, walls: Occlusion, shape: tuple[int, ...]) -> Occlusion:
+        """The walls, and what stays in each cell among what comes back."""
         open_share = walls.transmittance
         if open_share is None:
             open_share = np.ones((len(self.behind), *shape))
@@ -171,20 +171,18 @@ def _first_row(probability: Array, share: Array, albedo: float) -> Array:
     return np.asarray(1 - probability + albedo * probability * share)
 
 
-def enter_medium(stencil: Stencil, scene: Scene) -> MediumStep | None:
-    """The step of a stencil through a scene's medium, or None in a vacuum.
-
-    Warns (SchemeWarning) if light diffuses by the wrong distance, with the number.
-    """
-    if scene.medium is None:
-        return None
-    step = in_medium(stencil, scene.medium, scene.grid)
-    ratio = spread_ratio(step)
-    if abs(ratio - 1) > WORST_SPREAD:
+def warn_of_spread(steps: Sequence[MediumStep | None], stacklevel: int = 2) -> None:
+    """One SchemeWarning if light diffuses by the wrong distance on any level, with the numbers."""
+    found, bands = [], 0
+    for level, step in enumerate(steps):
+        ratio = 1.0 if step is None else spread_ratio(step)
+        if step is not None and abs(ratio - 1) > WORST_SPREAD:
+            place = f" (level {level})" if len(steps) > 1 else ""
+            found.append(f"{ratio:.1%} of it at {step.optical:.3g} collisions a cell{place}")
+            bands = step.vacuum.basis.bands
+    if found:
         message = (
-            f"in this medium, of {step.optical:.3g} collisions a cell, this scheme with "
-            f"{stencil.basis.bands} bands spreads light over {ratio:.1%} of the mean square "
-            "distance"
+            f"in this medium, this scheme with {bands} bands spreads light over the wrong mean "
+            f"square distance: over {', '.join(found)}"
         )
-        warnings.warn(message, SchemeWarning, stacklevel=3)
-    return step
+        warnings.warn(message, SchemeWarning, stacklevel=stacklevel + 1)

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import ClassVar, Literal
+from typing import ClassVar, Literal, Self
 
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, PrivateAttr
 
-from flatland.errors import InputError
+from flatland.errors import InputError, bad_input
 from flatland.grid import Grid
 from flatland.harmonics import AngularBasis
 from flatland.injectors.base import Array, Deposit, Injector
@@ -73,6 +73,12 @@ class FileLight(Injector):
         kept = min(basis.size, values.shape[1])
         coefficients[:, :kept] = values[:, :kept]
         return Deposit(cells, coefficients)
+
+    def refined(self, factor: int) -> Self:
+        if factor > 1:
+            rule = "must be 1 for a light of kind 'file', whose coefficients belong to its cells"
+            raise bad_input("resolution", factor, rule)
+        return self
 
     def sources(self, grid: Grid, colours: int = 0) -> list[Source]:
         cells, values = self._lit(grid)

@@ -78,14 +78,14 @@ def test_no_extinction_is_a_vacuum_bit_for_bit(name):
 @pytest.mark.parametrize("extinction", [1e-7, 0.1, 1.0, 5.0])
 def test_beams_fade_as_rays_do(extinction):
     """Whole beams against many rays: the field, and what collides in every cell."""
-    for scene in (make_scene(), random_scene(5, step=1.0), one_light()):
-        problem, beams = flown(filled(scene, extinction, 0.0))
-        rays = Maps(problem, 128, 64).run(np.zeros((problem.surfaces.count, 2, 1)))
+    for scene in (make_scene(), random_scene(5, step=1.0)):
+        problem, beams = flown(filled(scene, extinction, 0.0), 256)
+        rays = Maps(problem, 64, 16).run(np.zeros((problem.surfaces.count, 2, 1)))
         values = np.moveaxis(rays.cells, 2, 0)[None]
-        assert error(beams.values, values) < (0.002 if extinction < 2 else 0.01)
-        assert error(beams.collided[0], rays.collided[:, :, 0]) < 0.002
+        assert error(beams.values, values) < (0.01 if extinction < 2 else 0.04)
+        assert error(beams.collided[0], rays.collided[:, :, 0]) < 0.01
         assert beams.collided.min() > -1e-14
-        assert beams.left[0] == pytest.approx(rays.left[0], abs=1e-3)
+        assert beams.left[0] == pytest.approx(rays.left[0], abs=4e-3)
 
 
 def test_beams_that_hardly_fade_are_those_of_a_vacuum():
@@ -132,8 +132,8 @@ def test_what_leaves_is_that_of_photons(name, extinction, albedo):
         for f in (1, 3)
     ]
     # Scattering from whole cells lets light out a little easier; it vanishes with the cell.
-    assert abs(left[1] - share) < 0.5 * abs(left[0] - share) + 4 * deviation
-    assert left[1] == pytest.approx(share, rel=0.012)
+    assert abs(left[1] - share) < 0.35 * abs(left[0] - share) + 4 * deviation
+    assert left[1] == pytest.approx(share, rel=0.02)
 
 
 @quiet
