@@ -54,6 +54,7 @@ class ModifiedDiscreteOrdinates(DirectPropagator):
     name = "modified-dom"
     summary = "first flight exact, bounces by a stencil"
     dimensions: ClassVar = (2,)
+    media: ClassVar = True
     options = (
         Option("scheme", str, "dom8", "the stencil: any propagator that steps, with its defaults"),
         Option(
@@ -72,10 +73,10 @@ class ModifiedDiscreteOrdinates(DirectPropagator):
 
         Raises what `Simulation.solve` raises.
         """
-        self.require_dimension(scene.grid.dimension)
+        self.require_scene(scene)
         stencil = self._stencil_scheme()
         element, bounces = self.values["element"], self.values["bounces"]
-        problem = read_problem(scene, bands, element, bounces, medium=True)
+        problem = read_problem(scene, bands, element, bounces)
         first = _in_vacuum(problem) if scene.medium is None else _in_medium(problem)
         if not np.any(first.start):
             return problem.finished(first.values, first.books, {"residual": 0.0})

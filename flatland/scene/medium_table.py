@@ -10,11 +10,11 @@ from flatland.injectors.values import check_number
 from flatland.medium import Medium
 
 
-def _check_extinction(value: object) -> float:
+def check_extinction(value: object) -> float:
     return check_number(value, 0.0)
 
 
-def _check_albedo(value: object) -> float:
+def check_scattered(value: object) -> float:
     return check_number(value, 0.0, 1.0)
 
 
@@ -23,10 +23,10 @@ class MediumTable(BaseModel):
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
-    extinction: Annotated[float, PlainValidator(_check_extinction)] = Field(
+    extinction: Annotated[float, PlainValidator(check_extinction)] = Field(
         0.0, description="collisions per metre of flight [1/m]; 0 is a vacuum"
     )
-    albedo: Annotated[float, PlainValidator(_check_albedo)] = Field(
+    albedo: Annotated[float, PlainValidator(check_scattered)] = Field(
         0.0, description="share of the light that a collision scatters, 0 to 1; 0 is black"
     )
 

@@ -82,14 +82,11 @@ class Geometry:
         return np.concatenate([outline, np.roll(outline, -1, axis=1)], axis=-1).astype(float)
 
 
-def read_geometry(scene: Scene, medium: bool = False) -> Geometry:
-    """The arrays of a scene. medium: whether the caller knows what to do with one.
+def read_geometry(scene: Scene) -> Geometry:
+    """The arrays of a scene, without its medium.
 
-    Raises InputError for an emitter without length, and for a medium that would be ignored.
+    Raises InputError for an emitter without length.
     """
-    if scene.medium is not None and not medium:
-        rule = "fills the grid, and this method knows a vacuum only"
-        raise bad_input("medium, extinction", scene.medium.extinction, rule, [0])
     grid, colours = scene.grid, max(1, scene.colours)
     sources = scene.sources("lamp")
     places = [k for k, source in enumerate(sources) if isinstance(source, SegmentSource)]

@@ -57,6 +57,7 @@ class Beam(DirectPropagator):
     name = "beam"
     summary = "exact beams along discrete ordinates: no error in space, M⁻² in angle"
     dimensions: ClassVar = (2,)
+    media: ClassVar = True
     options = (
         Option(
             "ordinates",
@@ -116,9 +117,9 @@ class Beam(DirectPropagator):
         return values if scene.colours else values[0]
 
     def _problem(self, scene: Scene, bands: int) -> DirectProblem:
-        self.require_dimension(scene.grid.dimension)
+        self.require_scene(scene)
         element, bounces = self.values["element"], self.values["bounces"]
-        problem = read_problem(scene, bands, element, bounces, medium=True)
+        problem = read_problem(scene, bands, element, bounces)
         # The ends of runs in each thread, and the field.
         lanes = problem.colours * problem.basis.size + 1
         needed = (2 * thread_count() + 2) * lanes * scene.grid.cell_count * 8

@@ -62,6 +62,7 @@ class LatticeBoltzmann(DirectPropagator):
     name = "lattice-boltzmann"
     summary = "photon populations that stream and collide: for media"
     dimensions: ClassVar = (2,)
+    media: ClassVar = True
     options = (
         Option("absorbed", str, "lost", "what becomes of absorbed light", ("lost", "reemit")),
         Option(
@@ -76,7 +77,7 @@ class LatticeBoltzmann(DirectPropagator):
 
     def answer(self, scene: Scene, bands: int) -> Answer:
         """The field, its books, and in the details the `probability` of a collision in a step."""
-        self.require_dimension(scene.grid.dimension)
+        self.require_scene(scene)
         basis = CircularHarmonics(bands)
         colours = max(1, scene.colours)
         require_memory(8 * 9 * 10 * colours * scene.grid.cell_count, "grid.shape", scene.grid.shape)

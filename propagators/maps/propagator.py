@@ -53,6 +53,7 @@ class LightPropagationMaps(DirectPropagator):
     name = "light-propagation-maps"
     summary = "parallel rays at exact places, in four maps of angles, from surface to surface"
     dimensions: ClassVar = (2,)
+    media: ClassVar = True
     options = (
         Option("angles", int, 32, "directions of each of the 4 maps", minimum=1, maximum=2**15),
         Option("rays", int, 8, "rays of each direction for each cell", minimum=1, maximum=4096),
@@ -76,9 +77,9 @@ class LightPropagationMaps(DirectPropagator):
 
     def answer(self, scene: Scene, bands: int) -> Answer:
         """The field, its books, and in the details `directions`."""
-        self.require_dimension(scene.grid.dimension)
+        self.require_scene(scene)
         values = self.values
-        problem = read_problem(scene, bands, values["element"], values["bounces"], medium=True)
+        problem = read_problem(scene, bands, values["element"], values["bounces"])
         lanes = (thread_count() + 2) * problem.colours * problem.basis.size
         require_memory(lanes * scene.grid.cell_count * 8, "bands", bands)
         maps, emitted, cells = self._sources(problem)

@@ -139,14 +139,9 @@ class DirectProblem:
         return replace(self, geometry=geometry), cells
 
 
-def read_problem(
-    scene: Scene, bands: int, element: float, bounces: bool, medium: bool = False
-) -> DirectProblem:
-    """medium: whether the scheme knows one.
-
-    Raises InputError for what `read_geometry` refuses and for bad bands.
-    """
-    geometry = read_geometry(scene, medium)
+def read_problem(scene: Scene, bands: int, element: float, bounces: bool) -> DirectProblem:
+    """Raises InputError for what `read_geometry` refuses and for bad bands."""
+    geometry = read_geometry(scene)
     if not bounces:
         geometry = replace(geometry, albedo=np.zeros_like(geometry.albedo))
     return DirectProblem(scene, geometry, CircularHarmonics(bands), element)

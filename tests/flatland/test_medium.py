@@ -299,7 +299,21 @@ def test_bad_media_are_refused(table, rule):
         Scene.from_dict({"grid": {"shape": [4, 4]}, "medium": table})
 
 
-@pytest.mark.parametrize("name", ["analytic", "sn", "radiance-cascades", "holographic-rc"])
+def flat_schemes(media):
+    classes = [propagators.find(name) for name in propagators.names()]
+    return [each.name for each in classes if each.media is media and 2 in each.dimensions]
+
+
+@pytest.mark.parametrize("name", flat_schemes(media=False))
 def test_schemes_of_a_vacuum_refuse_a_medium(name):
-    with pytest.raises(InputError, match=r"medium, extinction = 0.5: fills the grid"):
+    """And name those that know one, and what they accept themselves."""
+    able = ", ".join(flat_schemes(media=True))
+    rule = f"medium, extinction = 0.5: fills the grid, and {name} knows a vacuum only; .*: {able}"
+    with pytest.raises(InputError, match=rf"{rule}; accepted: 0$"):
         propagators.create(name).solve(medium_scene(0.5, 0.5), 2)
+
+
+def test_the_reference_in_3d_refuses_a_medium():
+    tables = {"grid": {"shape": [4, 4, 4]}, "medium": {"extinction": 1.0}}
+    with pytest.raises(InputError, match=r"analytic knows a vacuum only; .*: lpv, .*, dom26"):
+        propagators.create("analytic").solve(Scene.from_dict(tables), 2)

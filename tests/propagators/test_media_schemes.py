@@ -18,8 +18,13 @@ from propagators.modified_dom import ModifiedDiscreteOrdinates
 from propagators.transport.ordinates import Ordinates
 from propagators.transport.problem import read_problem
 
-CLOSED = 1e-11
-SCHEMES = ("beam", "light-propagation-maps", "modified-dom", "lattice-boltzmann")
+CLOSED = 1e-12
+SCHEMES = [
+    name
+    for name in propagators.names()
+    if issubclass(propagators.find(name), propagators.DirectPropagator)
+    and propagators.find(name).media
+]
 every_scheme_of_media = pytest.mark.parametrize("name", SCHEMES)
 quiet = pytest.mark.filterwarnings("ignore::flatland.errors.SchemeWarning")
 
@@ -38,7 +43,7 @@ def scaled(factor, albedo=0.5):
 
 def flown(scene, count=512):
     """First flight by beams, and the problem."""
-    problem = read_problem(scene, 3, 0.5, True, medium=True)
+    problem = read_problem(scene, 3, 0.5, True)
     return problem, first_flight_through(problem, Ordinates(count))
 
 
@@ -149,8 +154,8 @@ def test_maps_spread_light_too_far_by_the_size_of_a_cell(optical, size, expected
             "medium": {"extinction": optical, "albedo": albedo},
         }
     )
-    scheme = LightPropagationMaps(source="cell")
-    maps, _, cells = scheme._sources(read_problem(scene, 1, 0.5, True, medium=True))
+    scheme = LightPropagationMaps(source="cell", angles=8, rays=8)
+    maps, _, cells = scheme._sources(read_problem(scene, 1, 0.5, True))
     met = settled_light(maps, cells, maps.problem.sizeless_flux).tally.collided[:, :, 0]
     place = np.arange(size) - size // 2
     truth = exact_moments(optical, albedo)
@@ -165,8 +170,8 @@ def test_maps_spread_light_too_far_by_the_size_of_a_cell(optical, size, expected
 def test_beams_and_maps_agree_on_scattered_light():
     scene = filled(scaled(2), 0.15, 0.9)
     beams = propagators.create("beam", ordinates=256).answer(scene, 3)
-    maps = propagators.create("light-propagation-maps", angles=64, rays=16).answer(scene, 3)
-    assert error(beams.field.values, maps.field.values) < 0.01
+    maps = propagators.create("light-propagation-maps", angles=32, rays=8).answer(scene, 3)
+    assert error(beams.field.values, maps.field.values) < 0.015
     assert beams.ledger.medium == pytest.approx(maps.ledger.medium, rel=1e-3)
 
 
@@ -183,16 +188,16 @@ def test_a_first_flight_of_its_own_helps_a_stencil():
 @quiet
 def test_lattice_diffuses_like_maps_in_a_cloud():
     """Far from lights and walls all that is left is diffusion."""
-    light = {"kind": "cell", "cell": [20, 20], "flux": 1.0}
-    scene = Scene.from_dict({"grid": {"shape": [41, 41]}, "light": [light]})
+    light = {"kind": "cell", "cell": [10, 10], "flux": 1.0}
+    scene = Scene.from_dict({"grid": {"shape": [21, 21]}, "light": [light]})
     cloud = filled(scene, 0.9, 0.98)
     lattice = propagators.create("lattice-boltzmann").answer(cloud, 1)
-    dom8 = propagators.create("dom8").solve(cloud, 4).scalar_flux()
-    assert lattice.ledger.medium == pytest.approx(
-        propagators.create("light-propagation-maps", source="cell").answer(cloud, 1).ledger.medium,
-        rel=0.05,
-    )
-    assert dom8.shape == lattice.field.scalar_flux().shape
+    maps = propagators.create("light-propagation-maps", source="cell", angles=8, rays=4)
+    flown = maps.answer(cloud, 1)
+    assert lattice.ledger.medium == pytest.approx(flown.ledger.medium, rel=0.06)
+    # The lattice's own light, eight streets wide, is gone a few cells away.
+    far = np.hypot(*(np.indices((21, 21)) - 10.0)) > 4
+    assert error(lattice.field.scalar_flux()[far], flown.field.scalar_flux()[far]) < 0.15
 
 
 def test_thick_cells_are_warned_of_with_the_number():
