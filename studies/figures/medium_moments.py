@@ -57,34 +57,34 @@ _PYTHON = 'python -c "from studies.figures.medium_moments import {0}; print({0}(
 class _Row(NamedTuple):
     name: str
     optical: float
-    moments: Moments
+    shares: Moments
     command: str
 
 
-def stencil_moments(name: str, bands: int, optical: float) -> Moments:
-    """Of a stencil with its defaults, in cells."""
+def stencil_shares(name: str, bands: int, optical: float) -> Moments:
+    """Of a stencil with its defaults, over the exact ones."""
     scheme = create(name)
     assert isinstance(scheme, StencilPropagator)
     medium = Medium(optical, ALBEDO)
-    return step_moments(in_medium(scheme.stencil(basis_for(2, bands)), medium, Grid((2, 2))))
+    step = in_medium(scheme.stencil(basis_for(2, bands)), medium, Grid((2, 2)))
+    return _shares(step_moments(step), optical)
 
 
-def lattice(rule: str, optical: float) -> Moments:
-    """Of the lattice, in cells."""
-    return lattice_moments(optical, ALBEDO, rule)
+def lattice_shares(rule: str, optical: float) -> Moments:
+    """Of the lattice, over the exact ones."""
+    return _shares(lattice_moments(optical, ALBEDO, rule), optical)
+
+
+def _shares(found: Moments, optical: float) -> Moments:
+    return Moments(*(one / other for one, other in zip(found, exact_moments(optical, ALBEDO))))
 
 
 def compute(workshop: Workshop) -> dict[str, xr.Dataset]:
     found = list(_rows())
-    exact = [exact_moments(row.optical, ALBEDO) for row in found]
-
-    def share(key: str) -> list[float]:
-        return [getattr(row.moments, key) / getattr(e, key) for row, e in zip(found, exact)]
-
     columns: dict[str, Any] = {
         "method": [row.name for row in found],
         "optical": [row.optical for row in found],
-        **{key: share(key) for key in ("m0", "r2", "r4")},
+        **{key: [getattr(row.shares, key) for row in found] for key in ("m0", "r2", "r4")},
         "command": [row.command for row in found],
     }
     data = xr.Dataset({name: ("row", values) for name, values in columns.items()})
@@ -98,12 +98,12 @@ def compute(workshop: Workshop) -> dict[str, xr.Dataset]:
 def _rows() -> Iterator[_Row]:
     for optical in OPTICAL:
         for label, (name, bands) in _STENCILS.items():
-            command = _PYTHON.format("stencil_moments", f"'{name}', {bands}, {optical!r}")
-            yield _Row(label, optical, stencil_moments(name, bands, optical), command)
+            command = _PYTHON.format("stencil_shares", f"'{name}', {bands}, {optical!r}")
+            yield _Row(label, optical, stencil_shares(name, bands, optical), command)
         for label, rule in _LATTICES.items():
             if optical <= (THICKEST if rule == "calibrated" else 1.0):
-                command = _PYTHON.format("lattice", f"'{rule}', {optical!r}")
-                yield _Row(label, optical, lattice(rule, optical), command)
+                command = _PYTHON.format("lattice_shares", f"'{rule}', {optical!r}")
+                yield _Row(label, optical, lattice_shares(rule, optical), command)
 
 
 def draw(data: dict[str, xr.Dataset]) -> dict[str, Figure]:

@@ -1,9 +1,9 @@
 """What is left of a penumbra: flux down a column, from light through half shadow to dark.
 
 The column x = 4.5 of `shelf`, past the end of the shelf at (12, 16). Above y = 15.2 all of the
-light is seen, below y = 11 none of it. Left: the stencils, converged. Right: schemes that follow rays,
-beams or sweeps. Below, the same on a logarithmic axis, on which light in the dark shows. A line
-that ends has no light left.
+light is seen, below y = 11 none of it. Left: the stencils, converged. Right: schemes that follow
+rays, beams or sweeps. Below, the same on a logarithmic axis, on which light in the dark shows. A
+line that ends has no light left.
 """
 
 from __future__ import annotations
