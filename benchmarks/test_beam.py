@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from conftest import best_seconds
 
 import propagators
 from flatland import Scene, Simulation, load_scene
@@ -13,6 +12,7 @@ from propagators.beam.flight import Transport
 from propagators.transport.arrangement import arrange
 from propagators.transport.ordinates import Ordinates
 from propagators.transport.surface_elements import cut_elements
+from studies.bench.limits import best_seconds
 
 _SIDE, _BANDS = 96, 4
 #: Two slanted lights and four slanted walls, in cells of a grid of 24.

@@ -12,7 +12,6 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 import trimesh
-from conftest import best_seconds
 
 import propagators
 from flatland.blocking import exact_transmittance
@@ -20,6 +19,7 @@ from flatland.grid import Grid
 from flatland.harmonics import basis_for
 from flatland.kernels import Layout, Sweep
 from flatland.sources import Facet, Segment
+from studies.bench.limits import best_seconds
 
 _BLACK = np.zeros(1)
 _SPACE = Grid((64, 64, 64))

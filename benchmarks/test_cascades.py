@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from conftest import best_seconds
 
 import propagators
 from flatland import load_scene
+from studies.bench.limits import best_seconds
 
 _BANDS = 4
 _VARIANTS = {

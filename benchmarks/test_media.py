@@ -5,11 +5,11 @@ from __future__ import annotations
 import warnings
 
 import pytest
-from conftest import best_seconds
 
 import propagators
 from flatland import Scene, Simulation
 from flatland.errors import SchemeWarning
+from studies.bench.limits import best_seconds
 
 _SIDE = 64
 

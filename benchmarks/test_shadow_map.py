@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import trimesh
-from conftest import best_seconds
 
 from flatland.grid import Grid
 from flatland.shadow_map import map_directional_light, map_point_light
 from flatland.sources import Facet
+from studies.bench.limits import best_seconds
 
 GRID = Grid((32, 32, 32))
 

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from conftest import best_seconds
 
 import propagators
 from flatland import Scene, load_scene
+from studies.bench.limits import best_seconds
 
 _COUNT, _BANDS = 64, 4
 
