@@ -96,6 +96,8 @@ class Propagator(ABC):
     #: One line for lists and menus.
     summary: ClassVar[str]
     dimensions: ClassVar[tuple[int, ...]] = (2,)
+    #: Whether light can be followed through a medium that fills the scene.
+    media: ClassVar[bool] = False
     options: ClassVar[tuple[Option, ...]] = ()
 
     def __init__(self, **values: Any) -> None:
@@ -136,6 +138,24 @@ class Propagator(ABC):
             rule = f"{self.name} cannot do this number of dimensions"
             raise bad_input("dimension", dimension, rule, self.dimensions)
 
+    def require_scene(self, scene: Scene) -> None:
+        """Raise InputError for a scene of other dimensions, or with a medium it does not know."""
+        self.require_dimension(scene.grid.dimension)
+        if scene.medium is None or self.media:
+            return
+        from propagators.registry import find, names
+
+        able = [
+            name
+            for name in names()
+            if find(name).media and scene.grid.dimension in find(name).dimensions
+        ]
+        rule = (
+            f"fills the grid, and {self.name} knows a vacuum only; these know a medium: "
+            f"{', '.join(able)}"
+        )
+        raise bad_input("medium, extinction", scene.medium.extinction, rule, [0])
+
 
 class DirectPropagator(Propagator):
     """A scheme that answers a scene at once and keeps books; its options set the accuracy."""
@@ -155,6 +175,8 @@ class StencilPropagator(Propagator):
     direction, so that finer cells mean more steps and more of each step's error; and light forgets
     where in its cell it was.
     """
+
+    media: ClassVar = True
 
     def stencil(self, basis: AngularBasis) -> Stencil:
         """The scheme as data, for one angular basis: offsets and matrices (numerics §3).

@@ -52,10 +52,19 @@ class Reflector:
         self.stencil, self.stride = stencil, layout.component_stride
         self._index = layout.index(reflection.cells)
         self._rows = sent_rows(stencil)
-        lobes = np.ascontiguousarray(np.moveaxis(reflection.lobes, 1, 2))
-        #: Whether cells are multiplied by blocks (M, size, size) or fluxes by lobes (M, size, K).
-        self._by_blocks = _are_smaller(lobes.shape[1:]) and not stencil.clamp
-        self._factors = reflection.blocks(stencil) if self._by_blocks else lobes
+        lobes = reflection.lobes
+        # What a medium alone sends back is the same in all directions: no other component changes.
+        used = np.flatnonzero(lobes.any(axis=(0, 1)))
+        lobes = lobes[:, :, : used[-1] + 1 if used.size else 1]
+        #: Whether cells are multiplied by blocks (M, C, size) or fluxes by lobes (M, C, K), with C
+        #: the components that anything comes back in.
+        whole = lobes.shape[2] == self._rows.shape[1]
+        few = _are_smaller(self._rows.shape[::-1]) if whole else lobes.shape[2] == 1
+        self._by_blocks = few and not stencil.clamp
+        if self._by_blocks:
+            self._factors = np.einsum("mdj,dk->mjk", lobes, self._rows)
+        else:
+            self._factors = np.ascontiguousarray(np.moveaxis(lobes, 1, 2))
 
     def add(self, source: Buffer, target: Buffer, factor: float) -> None:
         """target += factor · (what comes back of `source`)."""
@@ -67,7 +76,10 @@ class Reflector:
         Per component; of the sum of all squares; and the flux that came back.
         """
         sent = self._sent(source)
-        return np.asarray(_add(sent, self._factors, self._index, self.stride, 1.0, target, total))
+        found = _add(sent, self._factors, self._index, self.stride, 1.0, target, total)
+        changes = np.zeros(self._rows.shape[1] + 2)
+        changes[: found.size - 2], changes[-2:] = found[:-2], found[-2:]
+        return changes
 
     def _sent(self, source: Buffer) -> Array:
         """Flux (M, K), in units of coefficient 0, that the cells send along each offset; or their

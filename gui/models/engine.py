@@ -196,7 +196,8 @@ class Engine:
         if found is None:
             raise Cancelled
         seconds = time.perf_counter() - begin
-        watch.publish(Frame({"accumulated": found}, seconds_per_step=seconds), [])
+        fields = {"accumulated": found.field}
+        watch.publish(Frame(fields, ledger=found.ledger, seconds_per_step=seconds), [])
 
     def _step_once(self, simulation: Simulation) -> None:
         simulation.run(1)

@@ -7,6 +7,7 @@ from flatland.scene import Scene
 from gui.models.choice import Choice
 from gui.models.helper import ask
 from gui.models.jobs import Cancelled, Job, Watch
+from propagators.base import Answer
 from studies.reference import Reference
 
 
@@ -34,7 +35,7 @@ def exact_field(scene: Scene, bands: int, bounces: bool) -> Field:
     return Reference(scene, bounces=bounces).field(bands)
 
 
-def answer(scene: Scene, choice: Choice) -> Field:
-    """What a method that does not step says."""
+def answer(scene: Scene, choice: Choice) -> Answer:
+    """What a method that does not step says, with its books."""
     method = choice.method()
-    return method.propagator.solve(scene, method.bands)
+    return method.propagator.answer(scene, method.bands)

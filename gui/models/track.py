@@ -14,6 +14,7 @@ ENERGY = {
     "emitted": "injected into cells [W]",
     "left": "went out over the border [W]",
     "absorbed": "stopped by occluders and kept [W]",
+    "medium": "absorbed by what fills the grid [W]",
     "inside": "newest light, still to move [W]",
     "created": "made (or, negative, lost) by the scheme itself [W]",
     "reflected": "sent back by occluders, every time anew [W]",

@@ -19,7 +19,7 @@ from gui.widgets.polar import nice_step
 
 #: What can be drawn together: name, entries, unit.
 GROUPS: dict[str, tuple[tuple[str, ...], str]] = {
-    "Energy": (("left", "absorbed", "inside", "created"), "W"),
+    "Energy": (("left", "absorbed", "inside", "created", "medium"), "W"),
     "Relative error": (("mean_relative", "max_relative", "coefficients"), ""),
     "Absolute error": (("mean_absolute", "max_absolute"), "W per unit angle"),
 }

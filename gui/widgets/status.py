@@ -21,7 +21,9 @@ class Status(QStatusBar):
         self.unstable = QLabel()
         self.unstable.setStyleSheet("color: #d5331f; font-weight: bold")
         self.books = QLabel()
-        self.books.setToolTip("Flux ledger [W]: emitted + created = left + absorbed + inside")
+        self.books.setToolTip(
+            "Flux ledger [W]: emitted + created = left + absorbed + medium + inside"
+        )
         self.speed = QLabel()
         self.speed.setToolTip("Time of the last step, and steps per second at full speed")
         self.progress = QProgressBar()
@@ -80,7 +82,7 @@ def books_text(frame: Frame) -> str:
     books = flux_balance(frame.ledger)
     emitted = books["emitted"]
     parts = [f"emitted {emitted:.4g} W"]
-    for name in ("left", "absorbed", "inside", "created"):
+    for name in ("left", "absorbed", "medium", "inside", "created"):
         if name in ("left", "inside") or abs(books[name]) > 1e-9 * max(abs(emitted), 1e-300):
             share = 100 * books[name] / emitted if emitted else 0.0
             parts.append(f"{name} {share:.3g} %")

@@ -238,7 +238,7 @@ def _levels(levels: Sequence[LevelResult]) -> str:
 
 
 def _books(ledger: Ledger) -> str:
-    """emitted + created = left + absorbed + inside, a row per colour if there are several."""
+    """emitted + created = left + absorbed + medium + inside, a row per colour if there are many."""
     import numpy as np
 
     from studies.tables import table

@@ -30,7 +30,16 @@ COLUMNS: dict[str, Column] = {
     "drift": Column(float, "flux made (+) or lost (-) by the scheme over flux emitted"),
     **{
         name: Column(float, f"flux {name}, all colours", "W")
-        for name in ("emitted", "left", "absorbed", "inside", "created", "reflected", "closure")
+        for name in (
+            "emitted",
+            "left",
+            "absorbed",
+            "medium",
+            "inside",
+            "created",
+            "reflected",
+            "closure",
+        )
     },
     "seconds": Column(float, "stepping or solving; the median if timed", "s"),
     "seconds_low": Column(float, "lower quartile of the timed runs", "s"),

@@ -149,9 +149,9 @@ def _books(ledger: Ledger | None) -> Row:
 def _direct(case: Case, method: Method, meter: _Meter) -> Row:
     assert case.scene is not None
     scene, watch = case.scene.load(), Stopwatch(case.parameters["repeats"])
-    field, timing = watch.measure(lambda: method.propagator.solve(scene, method.bands))
-    command = command_of(case)
-    return {"stop": "direct", **meter.row(field, None), **timing.as_row(), "command": command}
+    answer, timing = watch.measure(lambda: method.propagator.answer(scene, method.bands))
+    row, command = meter.row(answer.field, answer.ledger), command_of(case)
+    return {"stop": "direct", **row, **timing.as_row(), "command": command}
 
 
 def _converged(case: Case, method: Method, meter: _Meter) -> Row:

@@ -7,7 +7,7 @@ import pytest
 from scenes import assert_same_state, scene_of
 
 import propagators
-from flatland import Simulation, load_scene
+from flatland import Scene, Simulation, load_scene
 from flatland.snapshots import capture, restore
 from gui.models.choice import Choice
 from gui.models.engine import Engine
@@ -15,9 +15,15 @@ from gui.models.frame import frame_of
 from gui.models.history import History
 from gui.models.jobs import Cancelled, Job
 from gui.models.measures import errors_of
+from gui.widgets.status import books_text
+from propagators.registry import find, names
 from studies import metrics
 from studies.reference import Reference
 from studies.running import run_method
+
+WALL = {"kind": "segment", "start": [2.0, 9.0], "end": [9.0, 12.0], "albedo": 0.5}
+#: Methods that answer at once.
+DIRECT = [name for name in names() if not issubclass(find(name), propagators.StencilPropagator)]
 
 
 class Ear:
@@ -168,6 +174,23 @@ def test_a_scheme_without_steps_answers_at_once():
     ear = perform(Engine(), "solve", Choice("analytic", bands=2), scene)
     exact = Reference(scene).field(2)
     np.testing.assert_allclose(ear.frames[-1].accumulated.values, exact.values, rtol=1e-12)
+
+
+@pytest.mark.parametrize("name", DIRECT)
+def test_every_scheme_without_steps_shows_its_books(name):
+    """In a medium where it knows one."""
+    tables = {**load_scene("fig5-one-light").to_dict(), "occluder": [WALL]}
+    if find(name).media:
+        tables["medium"] = {"extinction": 0.2, "albedo": 0.7}
+    scene = Scene.from_dict(tables)
+    frame = perform(Engine(), "solve", Choice(name, bands=2), scene).frames[-1]
+    assert frame.accumulated.total_flux() > 0
+    text = books_text(frame)
+    if name in ("analytic", "holographic-rc"):
+        assert text == ""
+    else:
+        assert text.startswith("emitted 5 W · left ")
+        assert ("medium" in text) == find(name).media
 
 
 def test_choices_speak_the_words_of_the_command_line():
