@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
 from flatland.errors import InstabilityError
 from flatland.kernels import Layout, Sweep
+from flatland.kernels.box import cell_count, clear_outside, grown, nothing, trimmed, whole
 from flatland.kernels.reports import Buffer, StepSums
 from flatland.solvers.vectors import norm
 
@@ -22,16 +25,28 @@ BATCH = 16
 class LightState:
     """Three buffers, stepped together; the light is kept near 1 by a power of two, `scale`.
 
-    skip: cells along the first axis that light cannot have reached are left alone.
+    skip: cells outside of a box round the newest light are left alone. drop: layers of that box
+    whose coefficients are all below this part of the largest one at the start are taken away, and
+    their flux counted.
     """
 
-    def __init__(self, layout: Layout, scale: float, skip: bool = True) -> None:
-        self.layout, self.scale, self.skip = layout, scale, skip
+    def __init__(
+        self, layout: Layout, scale: float, skip: bool = True, drop: float = 0.0
+    ) -> None:
+        self.layout, self.scale, self.skip, self.drop = layout, scale, skip, drop
         self.source, self.target, self.total = (layout.allocate() for _ in range(3))
+        self._forget()
 
     def reset(self) -> None:
         for buffer in (self.source, self.target, self.total):
             buffer[:] = 0
+        self._forget()
+
+    def _forget(self) -> None:
+        self.lit = nothing(self.layout.shape)
+        self._limit = 0.0
+        #: Cells swept since the start, and those of the whole grid in as many steps.
+        self.swept = self.sweepable = 0
 
     def start(
         self,
@@ -51,13 +66,10 @@ class LightState:
         self.start_norm = norm(self.target)
         self.norm = self.start_norm
         self.component_sums = self.sums_of(self.target, components)
-        self._lit = self._lit_planes() if self.skip else (0, self.layout.shape[0])
-
-    def _lit_planes(self) -> tuple[int, int]:
-        """First and last (excluded) cell along the first axis with newest light."""
-        view = self.layout.view(self.target)
-        lit = np.flatnonzero((view != 0).any(axis=(0, *range(2, view.ndim))))
-        return (int(lit[0]), int(lit[-1]) + 1) if lit.size else (0, 0)
+        self._limit = self.drop * float(np.abs(newest).max(initial=0.0))
+        self.lit = whole(self.layout.shape)
+        if self.skip:
+            self.lit, _ = trimmed(self.layout, self.target, self.lit)
 
     def sums_of(self, buffer: Buffer, components: list[int]) -> NDArray[np.float64]:
         """Sums over cells of some components."""
@@ -70,17 +82,26 @@ class LightState:
 
     def advance(self, count: int, sweep: Sweep) -> StepSums:
         """`count` more steps."""
-        # A step goes one cell far.
-        first, last = self._lit
-        lit = (max(0, first - count), min(self.layout.shape[0], last + count))
-        if first < last:
-            self._lit = lit
-        sums = sweep.steps(self.target, self.source, self.total, count, self._lit)
+        dropped = self._trim() if self.skip else 0.0
+        lit = grown(self.lit, self.layout.shape, count)  # a step goes one cell far
+        sums = sweep.steps(self.target, self.source, self.total, count, lit)
+        self.lit = lit
+        self.swept += count * cell_count(lit)
+        self.sweepable += count * cell_count(whole(self.layout.shape))
         if count % 2:
             self.source, self.target = self.target, self.source
         self.component_sums = sums.components[-1]
         self.norm = float(np.sqrt(sums.squares[-1]))
-        return sums
+        return replace(sums, dropped=dropped)
+
+    def _trim(self) -> float:
+        """Shrink the box to the newest light; coefficient 0 of what was dropped with it."""
+        box, dropped = trimmed(self.layout, self.target, self.lit, self._limit)
+        if box != self.lit:
+            # The next step writes into what is the source now, and only inside the box.
+            clear_outside(self.layout, self.source, self.lit, box)
+            self.lit = box
+        return dropped
 
     @property
     def tame(self) -> bool:

@@ -46,7 +46,10 @@ def significant(transfer: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 class SweepText:
-    """Writes one function `sweep(S, T, X, tau, first_row, last_row, sums)`."""
+    """Writes one function `sweep(S, T, X, tau, first_row, last_row, box, sums)`.
+
+    Rows are counted in the box, whose place `box` gives: five numbers, see `box.sweep_box`.
+    """
 
     def __init__(self, stencil: Stencil, layout: Layout, recipe: Recipe) -> None:
         self.layout, self.recipe = layout, recipe
@@ -70,7 +73,7 @@ class SweepText:
         full = self.layout.width // self.layout.lanes * self.layout.lanes
         sums = self._loop(full) if full else self._zeros()
         if full < self.layout.width:
-            sums = self._block("%row_base", full, sums)
+            sums = self._rest(full, sums)
         self._epilogue(sums)
         return "\n".join(self.lines) + "\n"
 
@@ -78,7 +81,7 @@ class SweepText:
 
     def _prologue(self) -> None:
         layout, v = self.layout, self.vector
-        inner = layout.shape[-2]
+        full = self.layout.width // self.layout.lanes * self.layout.lanes
         outer = layout.strides[-3] if len(layout.shape) == 3 else 0
         for name, arity in (("fma", 3), ("maxnum", 2)):
             arguments = ", ".join([v] * arity)
@@ -87,18 +90,25 @@ class SweepText:
         self._put(reduce)
         self._put(
             "define void @sweep(ptr noalias readonly %S, ptr noalias %T, ptr noalias %X, "
-            "ptr noalias readonly %tau, i64 %first_row, i64 %last_row, ptr noalias %sums) {"
+            "ptr noalias readonly %tau, i64 %first_row, i64 %last_row, "
+            "ptr noalias readonly %box, ptr noalias %sums) {"
         )
         self._put("entry:")
+        for i, name in enumerate(("plane", "row_0", "inner", "first_column", "last_column")):
+            self._put(f"  %at_{name} = getelementptr i64, ptr %box, i64 {i}")
+            self._put(f"  %{name} = load i64, ptr %at_{name}")
+        self._put(f"  %cut = icmp slt i64 %last_column, {full}")
+        self._put(f"  %full_end = select i1 %cut, i64 %last_column, i64 {full}")
+        self._put("  %any_full = icmp slt i64 %first_column, %full_end")
+        self._put(f"  %any_rest = icmp sgt i64 %last_column, {full}")
         if self.recipe.kind == "combine":
             self._factors()
         self._put("  %any = icmp slt i64 %first_row, %last_row")
         self._put("  br i1 %any, label %row, label %end")
         self._put("row:\n  %r = phi i64 [%first_row, %entry], [%next_row, %row_end]")
-        self._put(f"  %r_outer = udiv i64 %r, {inner}\n  %r_inner = urem i64 %r, {inner}")
-        self._put(
-            f"  %a = mul i64 %r_outer, {outer}\n  %b = mul i64 %r_inner, {layout.strides[-2]}"
-        )
+        self._put("  %r_outer = udiv i64 %r, %inner\n  %r_inner = urem i64 %r, %inner")
+        self._put("  %p = add i64 %r_outer, %plane\n  %q = add i64 %r_inner, %row_0")
+        self._put(f"  %a = mul i64 %p, {outer}\n  %b = mul i64 %q, {layout.strides[-2]}")
         self._put(f"  %ab = add i64 %a, %b\n  %row_base = add i64 %ab, {layout.front}")
 
     def _factors(self) -> None:
@@ -124,8 +134,8 @@ class SweepText:
 
     def _loop(self, full: int) -> list[str]:
         """The loop over full vectors of a row; returns the names of its sums."""
-        self._put("  br label %column\ncolumn:")
-        self._put("  %j = phi i64 [0, %row], [%next_j, %column]")
+        self._put("  br i1 %any_full, label %column, label %after\ncolumn:")
+        self._put("  %j = phi i64 [%first_column, %row], [%next_j, %column]")
         starts = [f"%sum_in_{i}" for i in range(len(self.recipe.sums) + 1)]
         place = len(self.lines)
         base = self._name()
@@ -138,9 +148,24 @@ class SweepText:
         ]
         self.lines[place:place] = phis
         self._put(f"  %next_j = add i64 %j, {self.layout.lanes}")
-        self._put(f"  %more = icmp slt i64 %next_j, {full}")
-        self._put("  br i1 %more, label %column, label %tail\ntail:")
-        return results
+        self._put("  %more = icmp slt i64 %next_j, %full_end")
+        self._put("  br i1 %more, label %column, label %after\nafter:")
+        return self._either(self._zeros(), "row", results, "column")
+
+    def _rest(self, full: int, sums: list[str]) -> list[str]:
+        """The vector at the end of a row that holds fewer cells than lanes, if the box has it."""
+        before = "after" if full else "row"
+        self._put("  br i1 %any_rest, label %rest, label %all\nrest:")
+        results = self._block("%row_base", full, sums)
+        self._put("  br label %all\nall:")
+        return self._either(sums, before, results, "rest")
+
+    def _either(self, first: list[str], origin: str, second: list[str], other: str) -> list[str]:
+        """Sums that come from one block or another."""
+        names = [self._name() for _ in first]
+        for name, a, b in zip(names, first, second):
+            self._put(f"  {name} = phi {self.vector} [{a}, %{origin}], [{b}, %{other}]")
+        return names
 
     def _epilogue(self, sums: list[str]) -> None:
         zero = "0.0"
