@@ -20,13 +20,16 @@ def _zero() -> Flux:
 
 @dataclass(eq=False)
 class Ledger:
-    """Flux [W] since injection, () or (colours,): emitted + created = left + absorbed + inside.
+    """Flux [W] since injection, () or (colours,).
+
+    emitted + created = left + absorbed + medium + inside.
 
     emitted: injected into cells. left: went out over the grid's border. absorbed: stopped by
     occluders and kept by them. inside: newest light, still to move. created: what the scheme
     itself adds (or, when negative, loses) on the way: zero for a conserving scheme, and the reason
     to look at a clamped or amplified one. reflected: stopped by occluders and sent back, every
-    time anew; it is on its way again and no part of the balance.
+    time anew; it is on its way again and no part of the balance. medium: absorbed by what fills
+    the grid.
     """
 
     emitted: Flux = field(default_factory=_zero)
@@ -35,11 +38,13 @@ class Ledger:
     inside: Flux = field(default_factory=_zero)
     created: Flux = field(default_factory=_zero)
     reflected: Flux = field(default_factory=_zero)
+    medium: Flux = field(default_factory=_zero)
 
     @property
     def closure(self) -> Flux:
-        """What the books miss, emitted + created − left − absorbed − inside: rounding, if right."""
-        return self.emitted + self.created - self.left - self.absorbed - self.inside
+        """What the books miss, income less all the rest: rounding, if they are right."""
+        spent = self.left + self.absorbed + self.medium + self.inside
+        return self.emitted + self.created - spent
 
     def as_dict(self) -> dict[str, Flux]:
         """All entries by name, closure included."""

@@ -15,6 +15,8 @@ from flatland.kernels import Layout, Sweep
 from flatland.kernels.reports import Buffer
 from flatland.ledger import Bookkeeper, Ledger
 from flatland.light_state import LightState
+from flatland.medium import Medium
+from flatland.medium_step import MediumStep, in_medium
 from flatland.occlusion import Occlusion
 from flatland.solvers import SolveReport, solve_converged
 from flatland.stencil import Stencil
@@ -30,7 +32,8 @@ class Level:
 
     scales: per spectrum, the power of two that its numbers are kept in units of. occlusion: what
     walls do to the links of this grid; see `block`. skip: cells that light has not reached are not
-    swept, which changes nothing but rounding in the books. Starts dark.
+    swept, which changes nothing but rounding in the books. medium: what fills the grid; the stencil
+    is given as it is without. Starts dark. Raises InputError for what a medium does not allow.
     """
 
     def __init__(
@@ -41,29 +44,40 @@ class Level:
         scales: Sequence[float],
         occlusion: Occlusion,
         skip: bool = True,
+        medium: Medium | None = None,
     ) -> None:
-        self.grid, self.stencil = grid, stencil
+        #: What a step does in the medium, if there is one; the stencil is that of the step.
+        self.medium: MediumStep | None = None
+        if medium is not None:
+            self.medium = in_medium(stencil, medium, grid)
+        self.grid, self.stencil = grid, stencil if self.medium is None else self.medium.stencil
         self.layout = Layout(grid.shape, stencil.basis.size, np.dtype(precision))
         self.states = [LightState(self.layout, scale, skip) for scale in scales]
-        self.occlusion = occlusion
+        self.block(occlusion)
         self.reset()
 
     def block(self, occlusion: Occlusion) -> None:
         """Other walls from now on; the light stays where it is."""
+        if self.medium is not None:
+            self.medium.require_walls(occlusion)
         self.occlusion = occlusion
         for name in ("_books", "_sweeps", "_free_sweep"):
             self.__dict__.pop(name, None)
 
     @cached_property
     def _books(self) -> Bookkeeper:
-        return Bookkeeper(self.stencil, blocked=self.occlusion.transmittance is not None)
+        takes = self.occlusion.transmittance is not None or self.medium is not None
+        return Bookkeeper(self.stencil, blocked=takes)
 
     @cached_property
     def _sweeps(self) -> list[Sweep]:
         """The sweep of each spectrum; compiled when light is first here."""
-        tau, reflections = self.occlusion.transmittance, self.occlusion.reflections
+        occlusion = self.occlusion
+        if self.medium is not None:
+            occlusion = self.medium.occlusion(occlusion, self.grid.shape)
+        tau, reflections = occlusion.transmittance, occlusion.reflections
         sweep = Sweep(self.stencil, self.layout, tau, self._books.components)
-        if self.occlusion.coloured:
+        if occlusion.coloured:
             return [sweep.reflecting(reflection) for reflection in reflections]
         return [sweep.reflecting(reflections[0]) if reflections else sweep] * len(self.states)
 
@@ -97,7 +111,8 @@ class Level:
         self._moved = False
         #: Whether `solve` was called, whatever came of it.
         self.solved = False
-        self.ledgers = [Ledger() for _ in self.states]
+        self._ledgers = [Ledger() for _ in self.states]
+        self._passed: Sequence[Values] | None = None
 
     def start(self, newest: Sequence[Values], passed: Sequence[Values] | None = None) -> None:
         """Begin with light (size, *shape) per spectrum, in units of its scale.
@@ -106,8 +121,9 @@ class Level:
         """
         self.reset()
         self.dark, self._moved = False, passed is not None
+        self._passed = passed
         components = list(self._books.components)
-        for i, (state, ledger) in enumerate(zip(self.states, self.ledgers)):
+        for i, (state, ledger) in enumerate(zip(self.states, self._ledgers)):
             state.start(newest[i], None if passed is None else passed[i], components)
             self._books.open(ledger, float(state.component_sums[0]) * self._unit(state))
 
@@ -129,7 +145,7 @@ class Level:
         """`count` steps, at most `batch`; without light nothing happens."""
         if not self.dark:
             first = self._first_sweep
-            for state, sweep, ledger in zip(self.states, self._sweeps, self.ledgers):
+            for state, sweep, ledger in zip(self.states, self._sweeps, self._ledgers):
                 before = state.component_sums
                 sums = state.advance(count, first or sweep)
                 self._books.enter(ledger, before, sums, self._unit(state), first is None)
@@ -164,7 +180,7 @@ class Level:
             return None
         reports = [
             self._solve_one(state, sweep, ledger, tolerance, method)
-            for state, sweep, ledger in zip(self.states, self._sweeps, self.ledgers)
+            for state, sweep, ledger in zip(self.states, self._sweeps, self._ledgers)
         ]
         return max(reports, key=lambda report: report.residual)
 
@@ -198,6 +214,24 @@ class Level:
         state.source[:] = 0
         state.target[:] = 0
         return report
+
+    @property
+    def ledgers(self) -> list[Ledger]:
+        """Where the flux of each spectrum went; what the medium took apart from what walls took."""
+        if self.medium is None or self.dark:
+            return self._ledgers
+        return [
+            self.medium.book(ledger, self._sent(number), self.occlusion)
+            for number, ledger in enumerate(self._ledgers)
+        ]
+
+    def _sent(self, number: int) -> NDArray[np.float64]:
+        """All light (size, *shape) of a spectrum that has left its cell here, summed."""
+        state = self.states[number]
+        sent = np.asarray(self.layout.view(state.total), float) - self.layout.view(state.target)
+        if self._passed is not None:
+            sent -= self._passed[number]
+        return sent * state.scale
 
     def values(self, name: str) -> list[Values]:
         """Cells (size, *shape) of "source", "target" or "total" per spectrum, as light really is.

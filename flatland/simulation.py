@@ -18,6 +18,7 @@ from flatland.ledger import Ledger
 from flatland.level import PRECISIONS
 from flatland.level_view import LevelView
 from flatland.light_state import LightState, light_scale
+from flatland.medium_step import warn_of_spread
 from flatland.memory import require_memory
 from flatland.occlusion import Walls, given_occlusion, without_first_bounces
 from flatland.octree import LevelRules, Octree
@@ -45,8 +46,10 @@ class Simulation:
     all, S_A = Σ_i S_i, all on level 0; `level(i)` gives them on any level and `merge()` one field
     from all. A run that was not filled by hand fills all levels itself, as `start` does.
     Scenes in colour are stepped once per linearly independent spectrum.
+    A medium that fills the scene is met on every level by the length of that level's steps.
     Raises InputError for arguments that break a rule and for a grid that would not fit in memory;
-    warns (SchemeWarning) of an unstable scheme.
+    warns (SchemeWarning) of an unstable scheme, and of one that diffuses light by the wrong
+    distance.
     """
 
     def __init__(
@@ -86,6 +89,7 @@ class Simulation:
         scales = [light_scale(pattern) for pattern in self._patterns]
         self._require_range(scales)
         self.octree = Octree(scene, self.stencil, precision, scales, walls, self._occlusion, rules)
+        warn_of_spread([level.medium for level in self.octree.levels])
         self.octree.levels[0].prepare()
         self.reset()
 
@@ -105,6 +109,11 @@ class Simulation:
         if blocked:
             links = len(self.stencil.offsets) * sum(grid.cell_count for grid in grids)
             needed += links * (number.itemsize + 8)
+        if self.scene.medium is not None:
+            # What stays in each cell, by offset, and as the sweep reads it.
+            size, offsets = self.basis.size, len(self.stencil.offsets)
+            cells = sum(grid.cell_count for grid in grids)
+            needed += 8 * cells * size * (2 * offsets + min(size, offsets))
         require_memory(needed, "grid.shape", self.scene.grid.shape)
 
     def _spectra(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

@@ -52,8 +52,11 @@ def spectral_radius(basis: AngularBasis, offsets: Offsets, transfer: Array) -> f
     return max([float(values.max()), *(_climb(radius_at, start, step) for start in starts)])
 
 
-def symbol(offsets: Offsets, transfer: Array, waves: Array) -> NDArray[np.complex128]:
-    """A(k) = Σ_d T_d exp(−i k·d), (..., size, size), at k (..., dimension) [rad per cell]."""
+def symbol(offsets: Offsets, transfer: Array, waves: NDArray[np.inexact]) -> NDArray[np.complex128]:
+    """A(k) = Σ_d T_d exp(−i k·d), (..., size, size), at k (..., dimension) [rad per cell].
+
+    Waves may be complex: they then grow along one way and fade along the other.
+    """
     phases = np.exp(-1j * (waves @ offsets.T))
     return np.tensordot(phases, transfer.astype(complex), axes=(-1, 0))
 

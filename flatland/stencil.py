@@ -25,6 +25,7 @@ class Stencil:
     reception (K, F, size) and emission (K, size, F), optional: transfer = emission @ reception,
     where reception gives the flux onto F faces. `clamp` sets negative face fluxes to zero; the
     step is then non-linear, and the transfer matrices describe only its linear twin.
+    gain: the flux gain to book with, where it is not that of the transfer matrices (in a medium).
     Raises InputError for arrays that do not fit together.
     """
 
@@ -34,6 +35,7 @@ class Stencil:
     reception: Array | None = None
     emission: Array | None = None
     clamp: bool = False
+    gain: Array | None = None
 
     def __post_init__(self) -> None:
         count, size = len(self.offsets), self.basis.size
@@ -76,6 +78,8 @@ class Stencil:
 
         (1, 0, 0, …) for a scheme that conserves flux in every cell.
         """
+        if self.gain is not None:
+            return self.gain
         return np.asarray(self.transfer[:, 0, :].sum(axis=0))
 
     def symbol(self, wave_vectors: ArrayLike) -> NDArray[np.complex128]:

@@ -96,6 +96,8 @@ class Propagator(ABC):
     #: One line for lists and menus.
     summary: ClassVar[str]
     dimensions: ClassVar[tuple[int, ...]] = (2,)
+    #: Whether light can be followed through a medium that fills the scene.
+    media: ClassVar[bool] = False
     options: ClassVar[tuple[Option, ...]] = ()
 
     def __init__(self, **values: Any) -> None:
@@ -130,6 +132,24 @@ class Propagator(ABC):
             rule = f"{self.name} cannot do this number of dimensions"
             raise bad_input("dimension", dimension, rule, self.dimensions)
 
+    def require_scene(self, scene: Scene) -> None:
+        """Raise InputError for a scene of other dimensions, or with a medium it does not know."""
+        self.require_dimension(scene.grid.dimension)
+        if scene.medium is None or self.media:
+            return
+        from propagators.registry import find, names
+
+        able = [
+            name
+            for name in names()
+            if find(name).media and scene.grid.dimension in find(name).dimensions
+        ]
+        rule = (
+            f"fills the grid, and {self.name} knows a vacuum only; these know a medium: "
+            f"{', '.join(able)}"
+        )
+        raise bad_input("medium, extinction", scene.medium.extinction, rule, [0])
+
 
 class DirectPropagator(Propagator):
     """A scheme that answers a scene at once and keeps books; its options set the accuracy."""
@@ -144,6 +164,8 @@ class DirectPropagator(Propagator):
 
 class StencilPropagator(Propagator):
     """A scheme whose step is linear, local and the same in every cell."""
+
+    media: ClassVar = True
 
     def stencil(self, basis: AngularBasis) -> Stencil:
         """The scheme as data, for one angular basis."""

@@ -25,6 +25,7 @@ BUILT_IN = {
     "holographic-rc": "propagators.holographic:HolographicCascades",
     "light-propagation-maps": "propagators.maps:LightPropagationMaps",
     "modified-dom": "propagators.modified_dom:ModifiedDiscreteOrdinates",
+    "lattice-boltzmann": "propagators.lattice_boltzmann:LatticeBoltzmann",
 }
 #: Other projects register a Propagator class here, under the name that users will type.
 ENTRY_POINT_GROUP = "flatland.propagators"

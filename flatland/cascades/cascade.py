@@ -18,6 +18,7 @@ from flatland.kernels import Layout
 from flatland.ledger import Ledger
 from flatland.level import PRECISIONS, Level
 from flatland.light_state import light_scale
+from flatland.medium_step import warn_of_spread
 from flatland.memory import require_memory
 from flatland.occlusion import Walls, without_first_bounces
 from flatland.scene import Scene
@@ -81,9 +82,17 @@ class Cascade:
             lights, self.basis, self.grids, apart=coloured or self.stencil.clamp
         )
         self._levels = [
-            Level(grid, self.stencil, precision, [light_scale(p) for p in patterns], occlusion)
+            Level(
+                grid,
+                self.stencil,
+                precision,
+                [light_scale(p) for p in patterns],
+                occlusion,
+                medium=scene.medium,
+            )
             for grid, patterns, occlusion in zip(self.grids, self._patterns, occlusions)
         ]
+        warn_of_spread([level.medium for level in self._levels])
         self.reset()
 
     def _require_room(self) -> None:

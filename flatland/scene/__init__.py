@@ -2,6 +2,7 @@
 
 from flatland.scene.catalogue import builtin_names, builtin_text
 from flatland.scene.loading import load_scene, parse_scene
+from flatland.scene.medium_table import MediumTable
 from flatland.scene.model import GridTable, Scene
 from flatland.scene.problems import Problem, SceneError
 from flatland.scene.refinement import refined
@@ -10,6 +11,7 @@ from flatland.scene.writing import scene_to_toml
 
 __all__ = [
     "GridTable",
+    "MediumTable",
     "Problem",
     "Scene",
     "SceneError",

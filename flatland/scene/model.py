@@ -25,8 +25,10 @@ from flatland.injectors import INJECTORS, Injector
 from flatland.injectors.base import Part
 from flatland.injectors.item import SceneItem, Surroundings, rule_of
 from flatland.injectors.values import Broken, Origin, Shape, Spacing, Text, refuse
+from flatland.medium import Medium
 from flatland.memory import require_memory
 from flatland.occluders import OCCLUDERS, Occluder
+from flatland.scene.medium_table import MediumTable
 from flatland.scene.problems import SceneError, problems_in, scene_error
 from flatland.shadow_map import LightBudget
 from flatland.sources import Facet, Segment, Source, Wall, facets_of, segments_of
@@ -85,6 +87,9 @@ class Scene(BaseModel):
     occluders: tuple[Annotated[Occluder, _one_of(OCCLUDERS)], ...] = Field(
         (), alias="occluder", description="occluders, one table each"
     )
+    medium_table: MediumTable = Field(
+        MediumTable(), alias="medium", description="what fills the grid; a vacuum without it"
+    )
 
     @classmethod
     def from_dict(
@@ -106,6 +111,11 @@ class Scene(BaseModel):
     @property
     def grid(self) -> Grid:
         return self.grid_table.grid
+
+    @property
+    def medium(self) -> Medium | None:
+        """What fills the grid; None for a vacuum."""
+        return self.medium_table.medium
 
     @property
     def colours(self) -> int:
@@ -151,6 +161,8 @@ class Scene(BaseModel):
         for key, items in (("light", self.lights), ("occluder", self.occluders)):
             if items:
                 tables[key] = [{"kind": item.kind, **_changed(item)} for item in items]
+        if filling := _changed(self.medium_table):
+            tables["medium"] = filling
         return tables
 
     @model_validator(mode="after")

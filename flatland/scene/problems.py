@@ -98,7 +98,8 @@ def _problems(detail: ErrorDetails, scene: type[BaseModel], source: str) -> Iter
         if len(path) > 2:  # pydantic puts the kind between the table and the key
             table = REGISTRIES[str(path[0])][str(path.pop(2))]
     elif len(path) > 1:
-        table = scene.model_fields["grid_table"].annotation
+        tables = {field.alias: field.annotation for field in scene.model_fields.values()}
+        table = tables.get(str(path[0]), scene)
     for broken in _broken_rules(detail, table):
         key = (*path, *_parts(broken.key)) if broken.key else tuple(path)
         value = detail["input"] if broken.value is AS_GIVEN else broken.value

@@ -17,6 +17,11 @@ title = "My scene"
 shape = [32, 32]        # cells along x, y
 spacing = 1.0           # side of a cell
 # origin = [0.0, 0.0]   # lower corner of the grid
+
+# A medium that fills the grid; a vacuum without it.
+# [medium]
+# extinction = 0.1      # collisions per metre
+# albedo = 0.9          # share of a collision that is scattered
 """,
     3: """\
 # A scene: what is there. How it is computed is chosen when it is run.
@@ -28,6 +33,11 @@ title = "My scene"
 shape = [16, 16, 16]    # cells along x, y, z
 spacing = 1.0           # side of a cell
 # origin = [0.0, 0.0, 0.0]  # lower corner of the grid
+
+# A medium that fills the grid; a vacuum without it.
+# [medium]
+# extinction = 0.1      # collisions per metre
+# albedo = 0.9          # share of a collision that is scattered
 """,
 }
 

@@ -9,10 +9,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from flatland.grid import Grid
+from flatland.scene import MediumTable
 from gui.models.fields import FieldSpec, specs_of_kind
 from gui.models.plane import Plane
 from gui.models.shapes import Place, Table, anchor_of, transformed
 from gui.models.toml_text import (
+    REMOVED,
     insert_tables,
     remove_tables,
     tables_of,
@@ -21,6 +23,10 @@ from gui.models.toml_text import (
 )
 
 Array = NDArray[np.float64]
+
+
+#: Keys of the medium, which no other table of a scene has outside its lists.
+MEDIUM_KEYS = tuple(MediumTable.model_fields)
 
 
 def add(text: str, name: str, tables: Sequence[Mapping[str, Any]]) -> tuple[str, list[Place]]:
@@ -44,6 +50,18 @@ def clear(text: str, name: str) -> str:
 def change(text: str, place: Place, changes: Mapping[str, Any]) -> str:
     """Some keys of one item; REMOVED takes one away."""
     return update_table(text, place, changes)
+
+
+def change_scene(text: str, key: str, value: Any) -> str:
+    """One key that no item holds: the title, or one of the grid or the medium."""
+    path: tuple[str, ...] = () if key == "title" else ("grid",)
+    if key in MEDIUM_KEYS:
+        path = ("medium",)
+        if "medium" not in tables_of(text):
+            if value is REMOVED:
+                return text
+            text = text.rstrip("\n") + "\n\n[medium]\n"
+    return update_table(text, path, {key: value})
 
 
 def move(text: str, places: Iterable[Place], shift: ArrayLike, grid: Grid) -> str:

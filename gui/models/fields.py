@@ -19,6 +19,8 @@ REGISTRIES: dict[str, dict[str, Any]] = {"light": INJECTORS, "occluder": OCCLUDE
 #: Which kind of value a check stands for, by its name; others are edited as TOML text.
 _KINDS = {
     "check_spacing": "number",
+    "check_extinction": "number",
+    "check_scattered": "number",
     "check_positive": "length",
     "check_point": "point",
     "check_space_point": "point",

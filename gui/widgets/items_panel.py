@@ -23,12 +23,12 @@ from PySide6.QtWidgets import (
 )
 
 from flatland.errors import InputError
-from flatland.scene import GridTable
+from flatland.scene import GridTable, MediumTable
 from gui.models import edits
 from gui.models.fields import FieldSpec, specs_of, specs_of_kind
 from gui.models.session import Session
 from gui.models.shapes import Place
-from gui.models.toml_text import tables_of, update_table
+from gui.models.toml_text import tables_of
 from gui.undo import Editor
 from gui.widgets.blocking import quiet
 from gui.widgets.values import ValueControl, control_for, toml_value
@@ -120,8 +120,9 @@ class ItemsPanel(QWidget):
         place = self._place
         tables = tables_of(self.session.document.text)
         if place is None:
-            self._build("grid", "", [TITLE, *specs_of(GridTable)])
-            values: dict[str, Any] = {"title": tables.get("title"), **tables["grid"]}
+            self._build("grid", "", [TITLE, *specs_of(GridTable), *specs_of(MediumTable)])
+            medium = tables.get("medium", {})
+            values: dict[str, Any] = {"title": tables.get("title"), **tables["grid"], **medium}
         else:
             values = tables[place[0]][place[1]]
             kind = str(values.get("kind"))
@@ -136,7 +137,7 @@ class ItemsPanel(QWidget):
         while self.form.rowCount():
             self.form.removeRow(0)
         self.controls = {}
-        heading = QLabel(f"<b>{kind} {name}</b>" if kind else "<b>Grid</b>")
+        heading = QLabel(f"<b>{kind} {name}</b>" if kind else "<b>Grid and medium</b>")
         self.form.addRow(heading)
         for spec in specs:
             control = control_for(spec)
@@ -169,8 +170,7 @@ class ItemsPanel(QWidget):
     def _edited(self, key: str, value: Any) -> None:
         text, place = self.session.document.text, self._place
         if place is None:
-            path: tuple[str | int, ...] = () if key == "title" else ("grid",)
-            new, what = update_table(text, path, {key: value}), f"grid {key}"
+            new, what = edits.change_scene(text, key, value), f"grid {key}"
         else:
             new, what = edits.change(text, place, {key: value}), f"{place} {key}"
         try:

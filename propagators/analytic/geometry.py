@@ -83,7 +83,10 @@ class Geometry:
 
 
 def read_geometry(scene: Scene) -> Geometry:
-    """The arrays of a scene. Raises InputError for an emitter without length."""
+    """The arrays of a scene, without its medium.
+
+    Raises InputError for an emitter without length.
+    """
     grid, colours = scene.grid, max(1, scene.colours)
     sources = scene.sources("lamp")
     places = [k for k, source in enumerate(sources) if isinstance(source, SegmentSource)]

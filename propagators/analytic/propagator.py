@@ -123,6 +123,7 @@ class Analytic(Propagator):
         """
         if scene.grid.dimension != 2:
             raise bad_input("scene", scene.grid.shape, "arcs are there in 2D only")
+        self.require_scene(scene)
         return self._flat(scene).arcs(point)
 
     def irradiance(self, scene: Scene) -> SurfaceLight | FacetLight:
@@ -155,7 +156,7 @@ class Analytic(Propagator):
         return self._answer(scene).absorbed()
 
     def _answer(self, scene: Scene, progress: Progress | None = None) -> FlatAnswer | VolumeAnswer:
-        self.require_dimension(scene.grid.dimension)
+        self.require_scene(scene)
         if scene.grid.dimension == 2:
             return self._flat(scene)
         from propagators.analytic_3d.answer import VolumeAnswer

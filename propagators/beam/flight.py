@@ -12,6 +12,7 @@ from scipy.sparse import coo_array, csr_array
 from flatland.harmonics import CircularHarmonics
 from flatland.kernels.threads import rows_of, run_shared, thread_count
 from propagators.beam.carrying import Tally, carry
+from propagators.beam.fading import FadedTally, carry_faded
 from propagators.beam.pairs import collect_pairs
 from propagators.beam.strips import Surfaces
 from propagators.beam.tracing import sum_runs
@@ -36,6 +37,16 @@ class Flight:
     arrived: Array
     emitted: Array
     left: Array
+
+
+@dataclass(frozen=True, eq=False)
+class FadedFlight:
+    """As `Flight`, through a medium; with cells, and collided (C, nx, ny), flux that met it."""
+
+    values: Array
+    arrived: Array
+    left: Array
+    collided: Array
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,6 +76,37 @@ class Transport:
             for mine, theirs in zip(tallies[0], other):
                 mine += theirs
         return _flight(tallies[0], size)
+
+    def fly_through(
+        self, radiance: Array, basis: CircularHarmonics, extinction: float
+    ) -> FadedFlight:
+        """Follow light of radiance (E, 2, C) through a medium of so many collisions a cell."""
+        surfaces, (nx, ny) = self._for_kernels(radiance), self.shape
+        half, colours = self.ordinates.count // 2, radiance.shape[2]
+        harmonics = self.ordinates.harmonics(basis).reshape(2, half, basis.size)
+        tallies = [
+            FadedTally(
+                np.zeros((nx, ny, colours * basis.size)),
+                np.zeros(radiance.shape),
+                np.zeros(colours),
+                np.zeros((nx, ny, colours)),
+            )
+            for _ in range(self._parties())
+        ]
+
+        def sweep(party: int, directions: Array, order: Counts, mine: slice) -> None:
+            part = np.ascontiguousarray(harmonics[:, mine])
+            how = self.ordinates.weight, extinction
+            carry_faded(directions, part, *how, surfaces, radiance, order, tallies[party])
+
+        self._share(sweep, len(tallies))
+        for other in tallies[1:]:
+            for mine, theirs in zip(tallies[0], other):
+                mine += theirs
+        found = tallies[0]
+        values = found.cells.reshape(nx, ny, colours, basis.size).transpose(2, 3, 0, 1)
+        collided = np.ascontiguousarray(np.moveaxis(found.collided, 2, 0))
+        return FadedFlight(np.ascontiguousarray(values), found.arrived, found.left, collided)
 
     def exchange(self, sends: NDArray[np.bool_]) -> csr_array:
         """Symmetric X (2 E, 2 E): flux on side 2 e + k per radiance of another, both in `sends`.

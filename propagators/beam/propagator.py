@@ -15,7 +15,7 @@ from flatland.memory import require_memory
 from flatland.scene import Scene
 from propagators.analytic.checks import checked_directions
 from propagators.base import Answer, DirectPropagator, Option
-from propagators.beam.solution import intensity_by_beams, solve_by_beams
+from propagators.beam.solution import intensity_by_beams, solve_by_beams, solve_in_medium
 from propagators.transport.books import weighted_sum
 from propagators.transport.ordinates import Ordinates, chosen_count
 from propagators.transport.problem import DirectProblem, read_problem
@@ -45,6 +45,11 @@ class Beam(DirectPropagator):
     they send to one another travels along the same ordinates. Points and parallel light need no
     quadrature: their first flight is the closed form of the reference.
 
+    In a medium beams fade exactly along each ray. What they lose to it and to walls is carried on,
+    over all further collisions and bounces, by light propagation maps of 32 angles and 8 rays;
+    points and parallel light start there, as an injector puts them into cells. `intensity` and the
+    estimated error are those of the first flight.
+
     What it gets wrong: below that M, light from a small or far source arrives as bright and dark
     fans (ray effects): the scene `corridor` shows them at 64 ordinates.
     """
@@ -52,6 +57,7 @@ class Beam(DirectPropagator):
     name = "beam"
     summary = "exact beams along discrete ordinates: no error in space, M⁻² in angle"
     dimensions: ClassVar = (2,)
+    media: ClassVar = True
     options = (
         Option(
             "ordinates",
@@ -87,11 +93,19 @@ class Beam(DirectPropagator):
         """
         problem = self._problem(scene, bands)
         ordinates = Ordinates(chosen_count(self.values["ordinates"], scene.grid.shape, bands))
-        values, ledger = solve_by_beams(problem, ordinates)
+        values, ledger = self._solve(problem, ordinates)
         details: dict[str, float] = {"ordinates": ordinates.count}
         if self.values["tolerance"] > 0:
             values, ledger, details = self._refined(problem, ordinates, values, ledger)
+        if scene.medium is not None:
+            # Points and parallel light have no closed form there, and are among the values.
+            return problem.finished(values, ledger, details)
         return problem.answer(values, ledger, details)
+
+    def _solve(self, problem: DirectProblem, ordinates: Ordinates) -> tuple[Array, Ledger]:
+        if problem.scene.medium is None:
+            return solve_by_beams(problem, ordinates)
+        return solve_in_medium(problem, ordinates)
 
     def intensity(self, scene: Scene, directions: ArrayLike) -> Array:
         """I ([colours,] K, nx, ny) [W/rad] of segment lights at unit directions (K, 2).
@@ -103,8 +117,9 @@ class Beam(DirectPropagator):
         return values if scene.colours else values[0]
 
     def _problem(self, scene: Scene, bands: int) -> DirectProblem:
-        self.require_dimension(scene.grid.dimension)
-        problem = read_problem(scene, bands, self.values["element"], self.values["bounces"])
+        self.require_scene(scene)
+        element, bounces = self.values["element"], self.values["bounces"]
+        problem = read_problem(scene, bands, element, bounces)
         # The ends of runs in each thread, and the field.
         lanes = problem.colours * problem.basis.size + 1
         needed = (2 * thread_count() + 2) * lanes * scene.grid.cell_count * 8
@@ -123,10 +138,11 @@ class Beam(DirectPropagator):
         """
         tolerance, count, offset = self.values["tolerance"], ordinates.count, 0.0
         while True:
-            other, books = solve_by_beams(problem, Ordinates(count, offset))
+            other, books = self._solve(problem, Ordinates(count, offset))
             change = float(np.linalg.norm(other - values))
             values, ledger = 0.5 * (values + other), weighted_sum([ledger, books], [0.5, 0.5])
-            size = float(np.linalg.norm(values + problem.sizeless_values))
+            rest = problem.sizeless_values if problem.scene.medium is None else 0.0
+            size = float(np.linalg.norm(values + rest))
             error = 0.25 * change / size if size else 0.0
             count, offset = 2 * count, 0.5
             if error <= tolerance or count >= MOST_ORDINATES:

@@ -87,7 +87,7 @@ class RadianceCascades(DirectPropagator):
 
     def answer(self, scene: Scene, bands: int) -> Answer:
         """The field, its books, and in the details `levels`."""
-        self.require_dimension(scene.grid.dimension)
+        self.require_scene(scene)
         problem = read_problem(scene, bands, self.values["element"], self.values["bounces"])
         cascade = self._cascade(problem)
         radiance, sent = problem.surfaces.radiance, np.zeros_like(problem.sizeless_flux)

@@ -68,7 +68,7 @@ class HolographicCascades(DirectPropagator):
 
     def answer(self, scene: Scene, bands: int) -> Answer:
         """The field, and in the details `levels`."""
-        self.require_dimension(scene.grid.dimension)
+        self.require_scene(scene)
         problem = read_problem(scene, bands, self.values["element"], self.values["bounces"])
         self._require_room(problem)
         ordinates = Ordinates(chosen_count(0, problem.shape, 1))

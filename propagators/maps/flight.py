@@ -93,13 +93,15 @@ class Maps:
     ) -> Tally:
         """Follow the flux that walls send, (E, 2, C), and the light of cells, (C, size, nx, ny).
 
-        lights: whether they shine too. deposit: whether cells are looked at.
+        lights: whether they shine too. deposit: whether cells are looked at; if not, the light of
+        cells may have one band only.
         """
         met = self.passed > 0
         radiance = np.where(met, sent / np.where(met, self.passed, 1.0), 0.0)
         if lights:
             radiance = radiance + self.light_radiance
-        fan = self._full if deposit or cells is not None else self._bare
+        whole = deposit or (cells is not None and cells.shape[1] > 1)
+        fan = self._full if whole else self._bare
         size = self.problem.basis.size if deposit else 0
         return self._run(fan, radiance, cells, size)
 
@@ -108,7 +110,9 @@ class Maps:
         given = np.empty((0, 0, 0))
         if cells is not None:
             given = np.ascontiguousarray(cells.transpose(2, 3, 0, 1)).reshape(nx, ny, -1)
-        sources = Sources(np.ascontiguousarray(radiance), self._blocks, given)
+        medium = self.problem.scene.medium
+        optical = 0.0 if medium is None else medium.extinction * self.problem.geometry.grid.spacing
+        sources = Sources(np.ascontiguousarray(radiance), self._blocks, given, optical)
         count = len(fan.directions) * self.rays * nx * ny
         tallies = [
             Tally(
@@ -116,6 +120,7 @@ class Maps:
                 np.zeros(self._shape),
                 np.zeros(self._shape[:2]),
                 np.zeros(colours),
+                np.zeros((nx, ny, colours)),
             )
             for _ in range(thread_count() if count > _FEW else 1)
         ]

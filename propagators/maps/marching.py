@@ -48,24 +48,27 @@ class Sources(NamedTuple):
 
     radiance: (E, 2, C), of left and right side of segments. blocks: (E,), which of them stop light.
     cells: (nx, ny, C * size), coefficients of what cells send, spread over them; empty without any.
+    extinction: collisions per cell length, 0 in a vacuum.
     """
 
     radiance: Vector
     blocks: NDArray[np.bool_]
     cells: Vector
+    extinction: float
 
 
 class Tally(NamedTuple):
     """What rays leave behind. cells: (nx, ny, C * size), without lanes not looked at.
 
     arrived: (E, 2, C). passed: (E, 2), flux of radiance 1 that rays could carry away from each
-    side. left: (C,).
+    side. left: (C,). collided: (nx, ny, C), with the medium.
     """
 
     cells: Vector
     arrived: Vector
     passed: Vector
     left: Vector
+    collided: Vector
 
 
 @shared
@@ -120,6 +123,7 @@ def _follow(
     x_first, y_first = items.x_faces.first, items.y_faces.first
     nx, ny, size, colours = cells.shape[0], cells.shape[1], mean.size, flux.size
     deposits, gains = cells.shape[2] > 0, sources.cells.size > 0
+    thick = sources.extinction > 0.0
     x, y = _entry(wx, wy, place, nx, ny)
     i, next_x = _first_cell(x, wx, nx)
     j, next_y = _first_cell(y, wy, ny)
@@ -146,6 +150,8 @@ def _follow(
             _pass_cell(
                 wx, wy, x, y, reached, stop, i, j, unit, items.cells, sources, gain, flux, tally
             )
+        elif thick:
+            _fade(i, j, stop - reached, sources, gain, flux, tally)
         elif gains:
             for colour in range(colours):
                 flux[colour] += (stop - reached) * gain[i, j, colour]
@@ -227,10 +233,10 @@ def _pass_cell(
                 nearest, part = way, k
         if part < 0:
             break
-        _gain(i, j, nearest - reached, sources, gain, flux)
+        _fade(i, j, nearest - reached, sources, gain, flux, tally)
         _meet(wx, wy, unit, part, cells, sources, flux, tally)
         reached = nearest
-    _gain(i, j, stop - reached, sources, gain, flux)
+    _fade(i, j, stop - reached, sources, gain, flux, tally)
 
 
 @inlined
@@ -264,12 +270,25 @@ def _distance(wx: float, wy: float, x: float, y: float, part: Vector) -> float:
     return (ox * ey - oy * ex) / across
 
 
-@inlined
-def _gain(i: int, j: int, length: float, sources: Sources, gain: Vector, flux: Vector) -> None:
-    """What a cell sends along a chord."""
-    if sources.cells.size > 0 and length > 0.0:
-        for colour in range(flux.size):
-            flux[colour] += length * gain[i, j, colour]
+@inner
+def _fade(
+    i: int, j: int, length: float, sources: Sources, gain: Vector, flux: Vector, tally: Tally
+) -> None:
+    """A chord of a cell: what the medium takes, and what the cell adds evenly along it.
+
+    With x = σ length, P flux and G gain: P e^-x + G (1 - e^-x)/x goes on, the rest collides.
+    """
+    if length <= 0.0:
+        return
+    x = sources.extinction * length
+    passing = math.exp(-x)
+    share = -math.expm1(-x) / x if x > 0.0 else 1.0
+    for colour in range(flux.size):
+        added = length * gain[i, j, colour]
+        left = passing * flux[colour] + share * added
+        if x > 0.0:
+            tally.collided[i, j, colour] += flux[colour] + added - left
+        flux[colour] = left
 
 
 @inner

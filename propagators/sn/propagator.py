@@ -80,7 +80,7 @@ class GridSweeps(DirectPropagator):
 
     def answer(self, scene: Scene, bands: int) -> Answer:
         """The field, its books, and in the details `ordinates`."""
-        self.require_dimension(scene.grid.dimension)
+        self.require_scene(scene)
         problem = read_problem(scene, bands, self.values["element"], self.values["bounces"])
         count = chosen_count(self.values["ordinates"], scene.grid.shape, bands, 1, FEWEST)
         needed = (thread_count() + 2) * problem.colours * problem.basis.size

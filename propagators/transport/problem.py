@@ -10,8 +10,11 @@ from numpy.typing import NDArray
 
 from flatland.field import Field
 from flatland.harmonics import CircularHarmonics
+from flatland.injection import inject
 from flatland.ledger import Ledger
+from flatland.occlusion import without_first_bounces
 from flatland.scene import Scene
+from flatland.sources import SegmentSource
 from propagators.analytic.geometry import Geometry, read_geometry
 from propagators.base import Answer
 from propagators.transport.arrangement import arrange
@@ -78,20 +81,27 @@ class DirectProblem:
         left: Array,
         arrived: Array,
         created: Array | None = None,
+        collided: Array | None = None,
+        scattered: Array | None = None,
     ) -> Ledger:
         """Ledger of a flight, entries (C,), with that of the lights without size.
 
         emitted: by lights with a size. reflected: sent by walls. left: over the border, of both.
         arrived: (E, 2, C), of both. What walls have received but not sent yet is `inside`. created:
-        what a scheme knows that it adds; None if it only knows that the books must close.
+        what a scheme knows that it adds; None if it only knows that the books must close. collided,
+        scattered: (C,), flux that met the medium, and what of it was sent on.
         """
-        albedo = self.surfaces.albedo
-        kept = np.einsum("esc,ec->c", arrived, 1 - albedo)
-        inside = np.einsum("esc,ec->c", arrived + self.sizeless_flux, albedo) - reflected
-        lit = np.einsum("esc,ec->c", self.sizeless_flux, albedo)
+        walls = self.surfaces.albedo
+        kept = np.einsum("esc,ec->c", arrived, 1 - walls)
+        inside = np.einsum("esc,ec->c", arrived + self.sizeless_flux, walls) - reflected
+        lit = np.einsum("esc,ec->c", self.sizeless_flux, walls)
         if created is None:
             created = left + kept + inside - lit - emitted
         books = Ledger(emitted, left, kept, inside, created, reflected)
+        if collided is not None and scattered is not None and self.scene.medium is not None:
+            albedo = self.scene.medium.albedo
+            books.medium = (1 - albedo) * collided
+            books.inside = inside + albedo * collided - scattered
         if self.sizeless is None:
             return books
         return weighted_sum([books, self.sizeless.books()], [1.0, 1.0])
@@ -105,6 +115,28 @@ class DirectProblem:
         coloured = self.scene.colours > 0
         field = Field(self.scene.grid, self.basis, values if coloured else values[0])
         return Answer(field, None if ledger is None else by_colour(ledger, coloured), details)
+
+    def of_segments_only(self) -> tuple[DirectProblem, Array]:
+        """The same without points and parallel light, and what they put into cells.
+
+        Coefficients (C, size, nx, ny), spread over cells as an injector does it: for a medium,
+        where their closed form does not hold.
+        """
+        geometry = replace(self.geometry, positions=np.empty((0, 2)), directions=np.empty((0, 2)))
+        scene = without_first_bounces(self.scene)
+        walls = scene.walls()
+        kept = tuple(
+            light
+            for light in scene.lights
+            if not all(
+                isinstance(twin, SegmentSource)
+                for twin in light.twins(scene.grid, walls, scene.colours, "lamp")
+            )
+        )
+        values = inject(scene.model_copy(update={"lights": kept}), self.basis).values
+        shape = (self.colours, self.basis.size, *self.shape)
+        cells = np.broadcast_to(np.asarray(values, float), shape)
+        return replace(self, geometry=geometry), cells
 
 
 def read_problem(scene: Scene, bands: int, element: float, bounces: bool) -> DirectProblem:

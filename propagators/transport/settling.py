@@ -18,33 +18,43 @@ RESIDUAL = 1e-10
 MOST_BOUNCES = 1000
 
 
+def settled(send: Callable[[Array], Array], source: Array, residual: float = RESIDUAL) -> Array:
+    """x = source + send(x) for a linear send on vectors, by GMRES, some dozen sends.
+
+    residual: relative, to stop at. Raises ConvergenceError where light never ends.
+    """
+    norm = float(np.linalg.norm(source))
+    if norm == 0.0:
+        return source
+
+    def apply(vector: Array) -> Array:
+        return np.asarray(vector.ravel() - send(vector.ravel()))
+
+    operator = LinearOperator((source.size, source.size), apply, dtype=float)
+    found, _ = gmres(operator, source / norm, rtol=residual, atol=0.0, restart=60, maxiter=10)
+    _require_settled(float(np.linalg.norm(source / norm - apply(found))), 100 * residual)
+    return np.asarray(found * norm)
+
+
 def settled_flux(
     send: Callable[[Array], Array], albedo: Array, direct: Array, residual: float = RESIDUAL
 ) -> Array:
-    """Flux (E, 2, C) that sides of elements send back in the end, all bounces.
+    """Flux (E, 2, C) that sides of elements send back in the end, all bounces: b = ρ (P + X b).
 
     send: flux that arrives on each side (E, 2, C) of what all sides send (E, 2, C); linear.
-    albedo: (E, C). direct: (E, 2, C), what arrives from the lights.
-    residual: relative, to stop at. Solves b = ρ (P + X b) by GMRES, a dozen sends or two.
+    albedo: (E, C). direct: (E, 2, C), P, what arrives from the lights.
     Raises ConvergenceError where light never ends: a closed room of albedo 1.
     """
     share = np.repeat(albedo[:, None], 2, axis=1)
     sends = share > 0
-    source = (share * direct)[sends]
-    norm = float(np.linalg.norm(source))
-    result = np.zeros(direct.shape)
-    if norm == 0.0:
-        return result
 
-    def apply(vector: Array) -> Array:
+    def once(vector: Array) -> Array:
         sent = np.zeros(direct.shape)
-        sent[sends] = vector.ravel()
-        return np.asarray(vector.ravel() - (share * send(sent))[sends])
+        sent[sends] = vector
+        return np.asarray((share * send(sent))[sends])
 
-    operator = LinearOperator((source.size, source.size), apply, dtype=float)
-    found, _ = gmres(operator, source / norm, rtol=residual, atol=0.0, restart=60, maxiter=5)
-    _require_settled(float(np.linalg.norm(source / norm - apply(found))), 100 * residual)
-    result[sends] = found * norm
+    result = np.zeros(direct.shape)
+    result[sends] = settled(once, (share * direct)[sends], residual)
     return result
 
 

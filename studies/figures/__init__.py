@@ -56,4 +56,20 @@ FIGURES = {
     "pareto": ("studies.figures.pareto", "run time against error, with the front"),
     "drift": ("studies.figures.drift", "energy made or lost by schemes and options"),
     "blocking": ("studies.figures.blocking", "leak through walls by strength of fuzzy blocking"),
+    "ray-effects": (
+        "studies.figures.ray_effects",
+        "fans between a few ordinates, and the error by their number",
+    ),
+    "false-scattering": (
+        "studies.figures.false_scattering",
+        "light that sweeps mix over faces: into a shadow, and as a limit to their error",
+    ),
+    "penumbra": (
+        "studies.figures.penumbra",
+        "flux from light through half shadow to dark, by stencils and by accurate schemes",
+    ),
+    "medium-moments": (
+        "studies.figures.medium_moments",
+        "how far light spreads in a medium: mean square and fourth power over the exact ones",
+    ),
 }

@@ -178,8 +178,9 @@ def test_every_example_in_the_template_loads(tmp_path, dimension):
     shape = parse_scene(scene_template(dimension)).grid.shape
     np.savez(tmp_path / "light.npz", coefficients=np.zeros((9, *shape)))
     trimesh.creation.box().export(tmp_path / "mesh.stl")
-    text = re.sub(r"^# (?=\[\[|\w+ = )", "", scene_template(dimension), flags=re.MULTILINE)
+    text = re.sub(r"^# (?=\[|\w+ = )", "", scene_template(dimension), flags=re.MULTILINE)
     scene = parse_scene(text, directory=tmp_path)
+    assert scene.medium is not None
     for items, registry in ((scene.lights, INJECTORS), (scene.occluders, OCCLUDERS)):
         kinds = {name for name, kind in registry.items() if dimension in kind.dimensions}
         assert {item.kind for item in items} == kinds

@@ -6,6 +6,7 @@ import tomllib
 
 import pytest
 
+from flatland.medium import Medium
 from flatland.scene import SceneError, builtin_names, builtin_text
 from gui.models import edits
 from gui.models.document import Origin, SceneDocument
@@ -123,3 +124,27 @@ def test_a_bad_file_leaves_the_document_alone(tmp_path):
         document.load(bad)
     assert len(caught.value.problems) == 2
     assert document.origin == Origin("shelf", directory=document.origin.directory)
+
+
+def test_a_medium_is_loaded_edited_and_saved(tmp_path):
+    path = tmp_path / "fog.toml"
+    path.write_text("# fog\n" + CORNELL + "\n[medium]\nextinction = 0.2  # per metre\n")
+    document = SceneDocument.open(path)
+    assert document.scene.medium == Medium(0.2, 0.0)
+    text = edits.change_scene(document.text, "albedo", 0.9)
+    document.set_text(edits.remove(text, [("occluder", 0)]))
+    document.save(tmp_path / "thin.toml")
+    again = SceneDocument.open(tmp_path / "thin.toml")
+    assert again.scene == document.scene
+    assert again.scene.medium == Medium(0.2, 0.9)
+    assert "# per metre" in again.text
+    assert comments(again.text)[0] == "# fog"
+
+
+def test_a_scene_gets_a_medium_when_it_needs_one():
+    text = edits.change_scene(CORNELL, "extinction", 0.5)
+    assert text == CORNELL.rstrip("\n") + "\n\n[medium]\nextinction = 0.5\n"
+    assert edits.change_scene(CORNELL, "extinction", REMOVED) == CORNELL
+    assert edits.change_scene(CORNELL, "spacing", 0.5) == update_table(
+        CORNELL, ("grid",), {"spacing": 0.5}
+    )

@@ -8,6 +8,7 @@ from conftest import at_cell, do, drag, settle
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtWidgets import QApplication, QCheckBox
 
+from flatland.medium import Medium
 from flatland.scene import parse_scene
 from gui.models.tools import Tool
 from propagators.registry import find
@@ -191,7 +192,9 @@ def test_the_editor_changes_keys_and_refuses_nonsense(make):
 
 def test_the_grid_and_title_are_edited_too(make):
     window = make("shelf")
-    assert set(window.items_panel.controls) == {"title", "shape", "spacing", "origin"}
+    assert set(window.items_panel.controls) == {
+        "title", "shape", "spacing", "origin", "extinction", "albedo",
+    }  # fmt: skip
     control = window.items_panel.controls["shape"]
     control.line.setText("[40, 32]")
     control.line.editingFinished.emit()
@@ -206,6 +209,20 @@ def test_the_grid_and_title_are_edited_too(make):
     title.line.setText('Two "words"')
     title.line.editingFinished.emit()
     assert window.session.scene.title == 'Two "words"'
+
+
+def test_the_medium_is_edited_with_the_grid(make):
+    window = make("shelf")
+    for key, value in (("extinction", "0.3"), ("albedo", "0.9")):
+        control = window.items_panel.controls[key]
+        control.line.setText(value)
+        control.line.editingFinished.emit()
+        settle(window)
+    assert window.session.scene.medium == Medium(0.3, 0.9)
+    do(window, "undo")
+    do(window, "undo")
+    assert window.session.scene.medium is None
+    assert "medium" not in window.session.document.text
 
 
 def test_method_editors_come_from_the_declared_options(make):

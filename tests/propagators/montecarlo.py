@@ -24,10 +24,11 @@ def lambertian(extent, rng, count):
     return sine * along + np.sqrt(1 - sine**2) * np.stack([-along[:, 1], along[:, 0]], axis=-1)
 
 
-def share_that_leaves(lights, walls, albedo, count, seed):
+def share_that_leaves(lights, walls, albedo, count, seed, medium=None, size=0.0):
     """Share of the flux that leaves, and its standard error.
 
     lights: (start, stop, flux), black; walls: (start, stop), both sides reflect the share albedo.
+    medium: extinction and albedo of what fills the square from 0 to `size`, if anything does.
     """
     rng = np.random.default_rng(seed)
     surfaces = np.array([ends[:2] for ends in lights] + list(walls), float)
@@ -39,6 +40,17 @@ def share_that_leaves(lights, walls, albedo, count, seed):
     left = 0
     while len(origins):
         reach, hit = first_hits(origins, ways, surfaces)
+        if medium is not None:
+            with np.errstate(divide="ignore"):
+                border = np.where(ways > 0, (size - origins) / ways, -origins / ways).min(axis=1)
+            flight = rng.exponential(1 / medium[0], len(hit))
+            collides = (flight < reach) & (flight < border)
+            scattered = collides & (rng.random(len(hit)) < medium[1])
+            turns = rng.uniform(0, 2 * np.pi, np.count_nonzero(scattered))
+            again = origins[scattered] + flight[scattered, None] * ways[scattered]
+            anew = np.stack([np.cos(turns), np.sin(turns)], axis=-1)
+            kept = ~collides
+            origins, ways, reach, hit = origins[kept], ways[kept], reach[kept], hit[kept]
         left += np.count_nonzero(hit < 0)
         bright = (hit >= len(lights)) & (rng.random(len(hit)) < albedo)
         origins = origins[bright] + reach[bright, None] * ways[bright]
@@ -46,5 +58,7 @@ def share_that_leaves(lights, walls, albedo, count, seed):
         # Back to the side that the light came from.
         came = extent[:, 0] * ways[bright, 1] - extent[:, 1] * ways[bright, 0] < 0
         ways = lambertian(np.where(came[:, None], extent, -extent), rng, len(extent))
+        if medium is not None:
+            origins, ways = np.concatenate([origins, again]), np.concatenate([ways, anew])
     share = left / count
     return share, np.sqrt(share * (1 - share) / count)

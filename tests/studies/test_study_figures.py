@@ -52,7 +52,10 @@ def module_of(name):
 
 
 def test_the_figures_of_the_papers_and_ours_are_there():
-    ours = "bands iterations resolution stability dispersion pareto drift blocking"
+    ours = (
+        "bands iterations resolution stability dispersion pareto drift blocking "
+        "ray-effects false-scattering penumbra medium-moments"
+    )
     papers = "clpv-fig2 clpv-fig5 clpv-fig11 clpv-fig12 octree-fig2 octree-fig3 octree-fig16"
     assert {*ours.split(), *papers.split()} <= set(FIGURES)
 
