@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 from numpy.typing import NDArray
 
 from flatland.errors import InstabilityError
 from flatland.kernels import Layout, Sweep
-from flatland.kernels.box import cell_count, clear_outside, grown, nothing, trimmed, whole
+from flatland.kernels.box import cell_count, clear_outside, grown, is_empty, nothing, trimmed, whole
 from flatland.kernels.reports import Buffer, StepSums
 from flatland.solvers.vectors import norm
 
@@ -30,9 +28,7 @@ class LightState:
     their flux counted.
     """
 
-    def __init__(
-        self, layout: Layout, scale: float, skip: bool = True, drop: float = 0.0
-    ) -> None:
+    def __init__(self, layout: Layout, scale: float, skip: bool = True, drop: float = 0.0) -> None:
         self.layout, self.scale, self.skip, self.drop = layout, scale, skip, drop
         self.source, self.target, self.total = (layout.allocate() for _ in range(3))
         self._forget()
@@ -65,6 +61,7 @@ class LightState:
             self.layout.view(self.total)[...] += passed
         self.start_norm = norm(self.target)
         self.norm = self.start_norm
+        self._components = components
         self.component_sums = self.sums_of(self.target, components)
         self._limit = self.drop * float(np.abs(newest).max(initial=0.0))
         self.lit = whole(self.layout.shape)
@@ -77,12 +74,13 @@ class LightState:
 
     @property
     def batch(self) -> int:
-        """Steps that may run before the next look."""
+        """Steps that may run before the next look; no limit where nothing moves."""
+        if is_empty(self.lit):
+            return 1 << 30
         return BATCH if self.norm <= SUSPICIOUS_GROWTH * self.start_norm else 1
 
     def advance(self, count: int, sweep: Sweep) -> StepSums:
         """`count` more steps."""
-        dropped = self._trim() if self.skip else 0.0
         lit = grown(self.lit, self.layout.shape, count)  # a step goes one cell far
         sums = sweep.steps(self.target, self.source, self.total, count, lit)
         self.lit = lit
@@ -92,16 +90,19 @@ class LightState:
             self.source, self.target = self.target, self.source
         self.component_sums = sums.components[-1]
         self.norm = float(np.sqrt(sums.squares[-1]))
-        return replace(sums, dropped=dropped)
+        return sums
 
-    def _trim(self) -> float:
+    def trim(self) -> float:
         """Shrink the box to the newest light; coefficient 0 of what was dropped with it."""
+        if not self.skip:
+            return 0.0
         box, dropped = trimmed(self.layout, self.target, self.lit, self._limit)
         if box != self.lit:
             # The next step writes into what is the source now, and only inside the box.
             clear_outside(self.layout, self.source, self.lit, box)
             self.lit = box
-        return dropped
+        self.component_sums = self.component_sums - dropped[self._components]
+        return float(dropped[0])
 
     @property
     def tame(self) -> bool:

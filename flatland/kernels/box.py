@@ -67,26 +67,28 @@ def clear_outside(layout: Layout, buffer: Buffer, old: Box, new: Box) -> None:
         rest[axis] = (max(first, begin), min(last, end))
 
 
-def trimmed(layout: Layout, buffer: Buffer, box: Box, limit: float = 0.0) -> tuple[Box, float]:
+def trimmed(
+    layout: Layout, buffer: Buffer, box: Box, limit: float = 0.0
+) -> tuple[Box, NDArray[np.float64]]:
     """The box without outer layers whose coefficients are all at most `limit`, which become zero.
 
-    Gives also the sum of coefficient 0 over what was dropped.
+    Gives also the sums (components,) of what was dropped.
     """
+    dropped = np.zeros(layout.components)
     if is_empty(box):
-        return nothing(layout.shape), 0.0
+        return nothing(layout.shape), dropped
     # One layer thick along axes that a grid of two dimensions lacks.
     view = layout.view(buffer)
     light = view if view.ndim == 4 else view[:, None]
     ends = np.array(box if len(box) == 3 else ((0, 1), *box))
-    dropped = float(_trim(light, ends, limit))
+    _trim(light, ends, limit, dropped)
     found = tuple((int(first), int(last)) for first, last in ends[-len(box) :])
     return (nothing(layout.shape), dropped) if is_empty(found) else (found, dropped)
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def _trim(light: NDArray, ends: NDArray, limit: float) -> float:  # type: ignore[type-arg]
-    """Move `ends` (3, 2) inwards; zeroes what is dropped and gives the sum of its coefficient 0."""
-    dropped = 0.0
+def _trim(light, ends, limit, dropped):  # type: ignore[no-untyped-def]
+    """Move `ends` (3, 2) inwards; zeroes what is left behind and adds it to `dropped`."""
     for axis in range(3):
         for side in range(2):
             while ends[axis, 0] < ends[axis, 1]:
@@ -97,14 +99,14 @@ def _trim(light: NDArray, ends: NDArray, limit: float) -> float:  # type: ignore
                 if not _is_small(part, limit):
                     break
                 if limit > 0:
-                    dropped += part[0].sum()
+                    for component in range(dropped.size):
+                        dropped[component] += part[component].sum()
                     part[...] = 0
                 ends[axis, side] += 1 - 2 * side
-    return dropped
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def _is_small(part: NDArray, limit: float) -> bool:  # type: ignore[type-arg]
+def _is_small(part, limit):  # type: ignore[no-untyped-def]
     for component in part:
         for plane in component:
             for row in plane:
