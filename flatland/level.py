@@ -196,6 +196,7 @@ class Level:
         self, state: LightState, sweep: Sweep, ledger: Ledger, tolerance: float, method: str
     ) -> SolveReport:
         """Solve for one spectrum and book what its field sends, loses and keeps."""
+        state.lend()
         clamp = self.stencil.clamp
         sweep = sweep.linear() if clamp else sweep
         # What does not move any more: light that passed before, and what a free first step leaves.

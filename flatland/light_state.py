@@ -7,9 +7,18 @@ from numpy.typing import NDArray
 
 from flatland.errors import InstabilityError
 from flatland.kernels import Layout, Sweep
-from flatland.kernels.box import cell_count, clear_outside, grown, is_empty, nothing, trimmed, whole
+from flatland.kernels.box import (
+    cell_count,
+    clear_outside,
+    grown,
+    hull,
+    is_empty,
+    nothing,
+    slices,
+    trimmed,
+    whole,
+)
 from flatland.kernels.reports import Buffer, StepSums
-from flatland.solvers.vectors import norm
 
 #: A run is stopped when its light, in the L2 norm, has grown by this much: far above anything
 #: physical, and so far below overflow that the last state is still a state.
@@ -35,11 +44,11 @@ class LightState:
 
     def reset(self) -> None:
         for buffer in (self.source, self.target, self.total):
-            buffer[:] = 0
+            self.layout.view(buffer)[(..., *slices(self._touched))] = 0
         self._forget()
 
     def _forget(self) -> None:
-        self.lit = nothing(self.layout.shape)
+        self.lit = self._touched = nothing(self.layout.shape)
         self._limit = 0.0
         #: Cells swept since the start, and those of the whole grid in as many steps.
         self.swept = self.sweepable = 0
@@ -55,18 +64,24 @@ class LightState:
         components: those whose sums over cells the books need.
         """
         self.reset()
-        self.layout.view(self.target)[...] = newest
-        self.total[:] = self.target
+        self._limit = self.drop * float(np.abs(newest).max(initial=0.0)) if self.drop else 0.0
+        everywhere = whole(self.layout.shape)
+        self.lit = trimmed(newest, everywhere)[0] if self.skip else everywhere
+        self._touched = self.lit if passed is None else everywhere
+        lit = (..., *slices(self.lit))
+        for buffer in (self.target, self.total):
+            self.layout.view(buffer)[lit] = newest[lit]
         if passed is not None:
             self.layout.view(self.total)[...] += passed
-        self.start_norm = norm(self.target)
-        self.norm = self.start_norm
+        light = np.asarray(self.layout.view(self.target)[lit], float)
+        self.start_norm = self.norm = float(np.sqrt(np.square(light).sum()))
         self._components = components
-        self.component_sums = self.sums_of(self.target, components)
-        self._limit = self.drop * float(np.abs(newest).max(initial=0.0))
-        self.lit = whole(self.layout.shape)
-        if self.skip:
-            self.lit, _ = trimmed(self.layout, self.target, self.lit)
+        axes = tuple(range(1, light.ndim))
+        self.component_sums = light[components].sum(axis=axes)
+
+    def lend(self) -> None:
+        """Let others write anywhere in the buffers; the next reset clears them all."""
+        self._touched = whole(self.layout.shape)
 
     def sums_of(self, buffer: Buffer, components: list[int]) -> NDArray[np.float64]:
         """Sums over cells of some components."""
@@ -83,7 +98,7 @@ class LightState:
         """`count` more steps."""
         lit = grown(self.lit, self.layout.shape, count)  # a step goes one cell far
         sums = sweep.steps(self.target, self.source, self.total, count, lit)
-        self.lit = lit
+        self.lit, self._touched = lit, hull(self._touched, lit)
         self.swept += count * cell_count(lit)
         self.sweepable += count * cell_count(whole(self.layout.shape))
         if count % 2:
@@ -96,7 +111,7 @@ class LightState:
         """Shrink the box to the newest light; coefficient 0 of what was dropped with it."""
         if not self.skip:
             return 0.0
-        box, dropped = trimmed(self.layout, self.target, self.lit, self._limit)
+        box, dropped = trimmed(self.layout.view(self.target), self.lit, self._limit)
         if box != self.lit:
             # The next step writes into what is the source now, and only inside the box.
             clear_outside(self.layout, self.source, self.lit, box)

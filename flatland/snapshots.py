@@ -29,6 +29,7 @@ _CHANGING = (
     "_ledgers",
     "_injected",
     "lit",
+    "_touched",
     "swept",
     "sweepable",
     "_moved",

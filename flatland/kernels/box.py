@@ -20,8 +20,8 @@ def whole(shape: Sequence[int]) -> Box:
     return tuple((0, cells) for cells in shape)
 
 
-def nothing(shape: Sequence[int]) -> Box:
-    """No cell."""
+def nothing(shape: Sequence[object]) -> Box:
+    """No cell, along as many axes."""
     return tuple((0, 0) for _ in shape)
 
 
@@ -42,6 +42,13 @@ def touches_border(box: Box, shape: Sequence[int]) -> bool:
     """Whether light of the box can leave the grid in one step."""
     sides = zip(box, shape)
     return not is_empty(box) and any(first == 0 or last == size for (first, last), size in sides)
+
+
+def hull(first: Box, second: Box) -> Box:
+    """The smallest box round two."""
+    if is_empty(first) or is_empty(second):
+        return first if is_empty(second) else second
+    return tuple((min(a, c), max(b, d)) for (a, b), (c, d) in zip(first, second))
 
 
 def slices(box: Box) -> tuple[slice, ...]:
@@ -68,22 +75,21 @@ def clear_outside(layout: Layout, buffer: Buffer, old: Box, new: Box) -> None:
 
 
 def trimmed(
-    layout: Layout, buffer: Buffer, box: Box, limit: float = 0.0
+    light: NDArray[np.floating], box: Box, limit: float = 0.0
 ) -> tuple[Box, NDArray[np.float64]]:
     """The box without outer layers whose coefficients are all at most `limit`, which become zero.
 
-    Gives also the sums (components,) of what was dropped.
+    light: (components, *shape). Gives also the sums (components,) of what was dropped.
     """
-    dropped = np.zeros(layout.components)
+    dropped = np.zeros(len(light))
     if is_empty(box):
-        return nothing(layout.shape), dropped
-    # One layer thick along axes that a grid of two dimensions lacks.
-    view = layout.view(buffer)
-    light = view if view.ndim == 4 else view[:, None]
+        return nothing(light.shape[1:]), dropped
+    # One layer thick along the axis that a grid of two dimensions lacks.
+    light = light if light.ndim == 4 else light[:, None]
     ends = np.array(box if len(box) == 3 else ((0, 1), *box))
     _trim(light, ends, limit, dropped)
     found = tuple((int(first), int(last)) for first, last in ends[-len(box) :])
-    return (nothing(layout.shape), dropped) if is_empty(found) else (found, dropped)
+    return (nothing(found), dropped) if is_empty(found) else (found, dropped)
 
 
 @njit(cache=True, error_model="numpy", nogil=True)

@@ -46,7 +46,7 @@ class TestBox:
             box = any_box(shape, rng)
             layout, buffer = filled(shape, box, rng)
             before = buffer.copy()
-            found, dropped = trimmed(layout, buffer, whole(shape))
+            found, dropped = trimmed(layout.view(buffer), whole(shape))
             assert found == box
             assert not dropped.any()
             np.testing.assert_array_equal(buffer, before)
@@ -54,7 +54,7 @@ class TestBox:
     @pytest.mark.parametrize("shape", SHAPES, ids=str)
     def test_a_dark_grid_has_an_empty_box(self, shape):
         layout = Layout(shape, 2, np.dtype(float))
-        found, _ = trimmed(layout, layout.allocate(), whole(shape))
+        found, _ = trimmed(layout.view(layout.allocate()), whole(shape))
         assert is_empty(found)
         assert grown(found, shape, 5) == nothing(shape)
 
@@ -64,7 +64,7 @@ class TestBox:
         view[:, 2, 5:15] = 1e-4 * rng.normal(size=(3, 10))
         view[:, 4, 16] = [1e-4, -1e-4, 5e-5]
         small = view[:, 2].sum(axis=1) + view[:, 4, 16]
-        found, dropped = trimmed(layout, buffer, whole((9, 20)), 1e-3)
+        found, dropped = trimmed(layout.view(buffer), whole((9, 20)), 1e-3)
         assert found == ((3, 6), (5, 15))
         np.testing.assert_allclose(dropped, small, rtol=1e-12)
         assert not view[:, 2].any()
@@ -73,7 +73,7 @@ class TestBox:
     def test_small_light_between_bright_light_stays(self, rng):
         layout, buffer = filled((9, 20), ((3, 6), (5, 15)), rng)
         layout.view(buffer)[:, 4, 9] = 1e-9
-        assert trimmed(layout, buffer, whole((9, 20)), 1e-3)[0] == ((3, 6), (5, 15))
+        assert trimmed(layout.view(buffer), whole((9, 20)), 1e-3)[0] == ((3, 6), (5, 15))
         assert layout.view(buffer)[0, 4, 9] == 1e-9
 
     @pytest.mark.parametrize("shape", SHAPES, ids=str)
