@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -25,6 +27,8 @@ from flatland.kernels.reports import Buffer, StepSums
 LARGEST_GROWTH = 1e12
 #: Beyond this growth every single step is looked at.
 SUSPICIOUS_GROWTH = 1e3
+#: Looks at a grid that is lit from end to end before the next one whether it still is.
+_SELDOM = 8
 #: Steps between two looks at the books.
 BATCH = 16
 
@@ -40,6 +44,7 @@ class LightState:
     def __init__(self, layout: Layout, scale: float, skip: bool = True, drop: float = 0.0) -> None:
         self.layout, self.scale, self.skip, self.drop = layout, scale, skip, drop
         self.source, self.target, self.total = (layout.allocate() for _ in range(3))
+        self._cells = math.prod(layout.shape)
         self._forget()
 
     def reset(self) -> None:
@@ -52,6 +57,7 @@ class LightState:
         self._limit = 0.0
         #: Cells swept since the start, and those of the whole grid in as many steps.
         self.swept = self.sweepable = 0
+        self._looks = 0
 
     def start(
         self,
@@ -96,20 +102,30 @@ class LightState:
 
     def advance(self, count: int, sweep: Sweep) -> StepSums:
         """`count` more steps."""
-        lit = grown(self.lit, self.layout.shape, count)  # a step goes one cell far
-        sums = sweep.steps(self.target, self.source, self.total, count, lit)
-        self.lit, self._touched = lit, hull(self._touched, lit)
-        self.swept += count * cell_count(lit)
-        self.sweepable += count * cell_count(whole(self.layout.shape))
+        self.sweepable += count * self._cells
+        if is_empty(self.lit):
+            count = 1  # for its report: many steps of no light are one
+        if not self._is_full:
+            # A step goes one cell far.
+            self.lit = grown(self.lit, self.layout.shape, count)
+            self._touched = hull(self._touched, self.lit)
+        sums = sweep.steps(self.target, self.source, self.total, count, self.lit)
+        self.swept += count * cell_count(self.lit)
         if count % 2:
             self.source, self.target = self.target, self.source
         self.component_sums = sums.components[-1]
         self.norm = float(np.sqrt(sums.squares[-1]))
         return sums
 
+    @property
+    def _is_full(self) -> bool:
+        return cell_count(self.lit) == self._cells
+
     def trim(self) -> float:
         """Shrink the box to the newest light; coefficient 0 of what was dropped with it."""
-        if not self.skip:
+        self._looks += 1
+        seldom = self._is_full and self._limit == 0 and self._looks % _SELDOM
+        if not self.skip or seldom:
             return 0.0
         box, dropped = trimmed(self.layout.view(self.target), self.lit, self._limit)
         if box != self.lit:

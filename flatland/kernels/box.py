@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -57,7 +58,7 @@ def slices(box: Box) -> tuple[slice, ...]:
 
 
 def cell_count(box: Box) -> int:
-    return int(np.prod([max(0, last - first) for first, last in box]))
+    return math.prod(max(0, last - first) for first, last in box)
 
 
 def clear_outside(layout: Layout, buffer: Buffer, old: Box, new: Box) -> None:

@@ -32,6 +32,10 @@ LARGEST_TEXT = 6000
 #: that size, so that only steps of 0.1 ms and more are shared.
 _WORTH_SHARING_BATCH = 1_000_000
 _WORTH_SHARING_CALL = 3_000_000
+#: Multiply-adds, of light that is not there, in the time that it takes to compile other steps.
+_COMPILING = 200_000_000
+#: Whole planes are taken for a box that has all but one part in so many of their cells.
+_WORTH_A_BOX = 3
 
 
 class Sweep:
@@ -64,14 +68,25 @@ class Sweep:
         self.hierarchy: object | None = None
         self.prepared: set[str] = set()
         self.double: Sweep | None = None
+        #: What was compiled, kept as long as it may be called.
+        self._code: list[object] = []
+        self._wasted = 0
         self.by_matrices = self.couplings > LARGEST_TEXT
         if self.by_matrices:
             self._matrices = MatrixSweep(stencil, layout, self.transmittance)
             return
-        text = SweepText(stencil, layout, self.recipe).text()
-        text += outflow_text(layout, self.border_weights) + stepping_text(self._width)
-        self._code = compile_text(text)
-        self._steps = self._code.function("steps")
+        self._steps = self._compiled(boxed=False)
+
+    @cached_property
+    def _steps_in_box(self) -> Callable[..., None]:
+        return self._compiled(boxed=True)
+
+    def _compiled(self, boxed: bool) -> Callable[..., None]:
+        text = SweepText(self.stencil, self.layout, replace(self.recipe, boxed=boxed)).text()
+        text += outflow_text(self.layout, self.border_weights) + stepping_text(self._width)
+        code = compile_text(text)
+        self._code.append(code)
+        return code.function("steps")
 
     @property
     def _width(self) -> int:
@@ -141,26 +156,43 @@ class Sweep:
         if self.by_matrices:
             return self._matrix_steps(source, target, total, count)
         lit = lit or whole(self.layout.shape)
-        rows, box = sweep_box(self.layout, lit)
+        steps, rows, box = self._rows_of(lit, count)
         border_cells = len(self.border_cells) if touches_border(lit, self.layout.shape) else 0
         worth = _WORTH_SHARING_CALL if count == 1 else _WORTH_SHARING_BATCH
-        parties = self._parties(worth, rows, rows * int(box[4] - box[3]))
+        parties = self._parties(worth, len(rows), len(rows) * int(box[4] - box[3]))
         sums = np.zeros((parties, count, self._width))
         counter = np.zeros(1, np.int64)
         fields = [address(buffer) for buffer in (source, target, total, self.transmittance)]
         border = [address(self.border_cells), address(self.border_weights)]
 
         def part(party: int, running: int) -> None:
+            own = [rows.start + row for row in rows_of(party, running, len(rows))]
             cells = rows_of(party, running, border_cells)
-            self._steps(
-                *fields, *rows_of(party, running, rows), address(box), sums[party].ctypes.data,
-                count, *border, *cells,
+            steps(
+                *fields, *own, address(box), sums[party].ctypes.data, count, *border, *cells,
                 counter.ctypes.data, running, yield_address(),
             )  # fmt: skip
 
         run_shared(part, parties)
         joined = sums.sum(axis=0)
         return StepSums(joined[:, :-2], joined[:, -2], joined[:, -1])
+
+    def _rows_of(
+        self, lit: Box, count: int
+    ) -> tuple[Callable[..., None], range, NDArray[np.int64]]:
+        """Compiled steps for a box, the rows that they count, and their place.
+
+        Whole planes take the steps that know how long a row is. Those for any box are compiled
+        once the work that they would have saved is as much as compiling them.
+        """
+        in_box, box = sweep_box(self.layout, lit)
+        per_plane = self._rows // self.layout.shape[0]
+        planes = range(lit[0][0] * per_plane, lit[0][1] * per_plane)
+        spared = len(planes) * self.layout.width - in_box * int(box[4] - box[3])
+        self._wasted += count * max(0, spared) * self.couplings
+        if spared * _WORTH_A_BOX > len(planes) * self.layout.width and self._wasted > _COMPILING:
+            return self._steps_in_box, range(in_box), box
+        return self._steps, planes, self._whole
 
     def linear(self) -> Sweep:
         """The same sweep without clamping."""
@@ -200,8 +232,9 @@ class Sweep:
     @cached_property
     def _combine(self) -> Callable[..., None]:
         text = SweepText(self.stencil, self.layout, replace(self.recipe, kind="combine")).text()
-        self._combine_code = compile_text(text)
-        return self._combine_code.function("sweep")
+        code = compile_text(text)
+        self._code.append(code)
+        return code.function("sweep")
 
     def _matrix_steps(self, source: Buffer, target: Buffer, total: Buffer, count: int) -> StepSums:
         rows = np.zeros((count, self._width))
