@@ -11,12 +11,12 @@ from flatland.errors import InstabilityError
 from flatland.kernels import Layout, Sweep
 from flatland.kernels.box import (
     cell_count,
+    cells_of,
     clear_outside,
     grown,
     hull,
     is_empty,
     nothing,
-    slices,
     trimmed,
     whole,
 )
@@ -49,7 +49,7 @@ class LightState:
 
     def reset(self) -> None:
         for buffer in (self.source, self.target, self.total):
-            self.layout.view(buffer)[(..., *slices(self._touched))] = 0
+            self.layout.view(buffer)[cells_of(self._touched)] = 0
         self._forget()
 
     def _forget(self) -> None:
@@ -74,7 +74,7 @@ class LightState:
         everywhere = whole(self.layout.shape)
         self.lit = trimmed(newest, everywhere)[0] if self.skip else everywhere
         self._touched = self.lit if passed is None else everywhere
-        lit = (..., *slices(self.lit))
+        lit = cells_of(self.lit)
         for buffer in (self.target, self.total):
             self.layout.view(buffer)[lit] = newest[lit]
         if passed is not None:

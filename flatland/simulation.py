@@ -23,6 +23,7 @@ from flatland.memory import require_memory
 from flatland.occlusion import Walls, given_occlusion, without_first_bounces
 from flatland.octree import LevelRules, Octree
 from flatland.scene import Scene
+from flatland.skipped import Skip, skipped
 from flatland.solvers import SolveReport
 from flatland.stencil import Scheme
 
@@ -233,6 +234,10 @@ class Simulation:
             [self.octree.merge(each, buffer, index, blend) for each in spectra], self.scene.grid
         )
         return self.merged
+
+    def explain(self) -> list[Skip]:
+        """What this run has left out so far because nothing needs it, and what that saved."""
+        return skipped(self)
 
     # -- what can be looked at ------------------------------------------------------------------
 

@@ -108,7 +108,7 @@ class SweepText:
         self._put("  %any = icmp slt i64 %first_row, %last_row")
         self._put("  br i1 %any, label %row, label %end")
         self._put("row:\n  %r = phi i64 [%first_row, %entry], [%next_row, %row_end]")
-        inner, plane, row = layout.shape[-2], 0, 0
+        inner, plane, row = str(layout.shape[-2]), "0", "0"
         if self.recipe.boxed:
             inner, plane, row = "%inner", "%plane", "%row_0"
         self._put(f"  %r_outer = udiv i64 %r, {inner}\n  %r_inner = urem i64 %r, {inner}")

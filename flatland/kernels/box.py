@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from numba import njit
@@ -52,9 +53,9 @@ def hull(first: Box, second: Box) -> Box:
     return tuple((min(a, c), max(b, d)) for (a, b), (c, d) in zip(first, second))
 
 
-def slices(box: Box) -> tuple[slice, ...]:
-    """Index of the box in an array (..., *shape), after an ellipsis."""
-    return tuple(slice(first, last) for first, last in box)
+def cells_of(box: Box) -> Any:
+    """Index of the box in an array (..., *shape)."""
+    return (..., *(slice(first, last) for first, last in box))
 
 
 def cell_count(box: Box) -> int:
@@ -64,14 +65,14 @@ def cell_count(box: Box) -> int:
 def clear_outside(layout: Layout, buffer: Buffer, old: Box, new: Box) -> None:
     """Zeros in the cells of `old` that are not in `new`."""
     if is_empty(new):
-        layout.view(buffer)[(..., *slices(old))] = 0
+        layout.view(buffer)[cells_of(old)] = 0
         return
     rest = list(old)
     for axis, ((first, last), (begin, end)) in enumerate(zip(old, new)):
         for slab in ((first, min(begin, last)), (max(end, first), last)):
             if slab[0] < slab[1]:
                 cells = (*rest[:axis], slab, *rest[axis + 1 :])
-                layout.view(buffer)[(..., *slices(cells))] = 0
+                layout.view(buffer)[cells_of(cells)] = 0
         rest[axis] = (max(first, begin), min(last, end))
 
 

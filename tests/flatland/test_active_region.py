@@ -11,11 +11,11 @@ from flatland import InputError, Scene, Simulation, load_scene
 from flatland.kernels import Layout
 from flatland.kernels.box import (
     cell_count,
+    cells_of,
     clear_outside,
     grown,
     is_empty,
     nothing,
-    slices,
     trimmed,
     whole,
 )
@@ -29,7 +29,7 @@ def filled(shape, box, rng, size=3):
     """A layout and a buffer with light in every cell of a box."""
     layout = Layout(shape, size, np.dtype(float))
     buffer = layout.allocate()
-    layout.view(buffer)[(..., *slices(box))] = rng.uniform(1, 2, (size, *(b - a for a, b in box)))
+    layout.view(buffer)[cells_of(box)] = rng.uniform(1, 2, (size, *(b - a for a, b in box)))
     return layout, buffer
 
 
@@ -82,7 +82,7 @@ class TestBox:
             old, new = any_box(shape, rng), any_box(shape, rng)
             layout, buffer = filled(shape, old, rng)
             expected = np.zeros((3, *shape))
-            expected[(..., *slices(new))] = layout.view(buffer)[(..., *slices(new))]
+            expected[cells_of(new)] = layout.view(buffer)[cells_of(new)]
             clear_outside(layout, buffer, old, new)
             np.testing.assert_array_equal(layout.view(buffer), expected)
 
