@@ -30,10 +30,10 @@ def test_walls_that_are_not_asked_for_need_none_either():
 
 
 def test_walls_touch_few_links_and_cells():
-    simulation, skips = explained(load_scene("cornell-2d"))
+    simulation, skips = explained(load_scene("cornell-2d"), steps=100)
     assert 0 < skips["bounces"].saved < 1
     assert "blocking" not in skips
-    black, told = explained(load_scene("cornell-2d"), bounces=False)
+    black, told = explained(load_scene("cornell-2d"), steps=100, bounces=False)
     assert told["bounces"].saved is None
     assert black.ledger.reflected.sum() == 0 < simulation.ledger.reflected.sum()
 
