@@ -22,14 +22,14 @@ def _zero() -> Flux:
 class Ledger:
     """Flux [W] since injection, () or (colours,).
 
-    emitted + created = left + absorbed + medium + inside.
+    emitted + created = left + absorbed + medium + dropped + inside.
 
     emitted: injected into cells. left: went out over the grid's border. absorbed: stopped by
     occluders and kept by them. inside: newest light, still to move. created: what the scheme
     itself adds (or, when negative, loses) on the way: zero for a conserving scheme, and the reason
     to look at a clamped or amplified one. reflected: stopped by occluders and sent back, every
     time anew; it is on its way again and no part of the balance. medium: absorbed by what fills
-    the grid.
+    the grid. dropped: too little to be stepped on, see `Simulation`.
     """
 
     emitted: Flux = field(default_factory=_zero)
@@ -39,11 +39,12 @@ class Ledger:
     created: Flux = field(default_factory=_zero)
     reflected: Flux = field(default_factory=_zero)
     medium: Flux = field(default_factory=_zero)
+    dropped: Flux = field(default_factory=_zero)
 
     @property
     def closure(self) -> Flux:
         """What the books miss, income less all the rest: rounding, if they are right."""
-        spent = self.left + self.absorbed + self.medium + self.inside
+        spent = self.left + self.absorbed + self.medium + self.dropped + self.inside
         return self.emitted + self.created - spent
 
     def as_dict(self) -> dict[str, Flux]:
@@ -82,6 +83,11 @@ class Bookkeeper:
         """Start the books with the flux of the lights."""
         ledger.emitted = np.asarray(flux)
         ledger.inside = np.asarray(flux)
+
+    def drop(self, ledger: Ledger, flux: float) -> None:
+        """Book light [W] that was taken away."""
+        ledger.dropped = ledger.dropped + flux
+        ledger.inside = ledger.inside - flux
 
     def enter(
         self, ledger: Ledger, before: Flux, sums: StepSums, unit: float, blocked: bool = True

@@ -33,7 +33,8 @@ class Level:
     scales: per spectrum, the power of two that its numbers are kept in units of. occlusion: what
     walls do to the links of this grid; see `block`. skip: cells that light has not reached are not
     swept, which changes nothing but rounding in the books. medium: what fills the grid; the stencil
-    is given as it is without. Starts dark. Raises InputError for what a medium does not allow.
+    is given as it is without. drop: see `LightState`. Starts dark. Raises InputError for what a
+    medium does not allow.
     """
 
     def __init__(
@@ -45,6 +46,7 @@ class Level:
         occlusion: Occlusion,
         skip: bool = True,
         medium: Medium | None = None,
+        drop: float = 0.0,
     ) -> None:
         #: What a step does in the medium, if there is one; the stencil is that of the step.
         self.medium: MediumStep | None = None
@@ -52,7 +54,7 @@ class Level:
             self.medium = in_medium(stencil, medium, grid)
         self.grid, self.stencil = grid, stencil if self.medium is None else self.medium.stencil
         self.layout = Layout(grid.shape, stencil.basis.size, np.dtype(precision))
-        self.states = [LightState(self.layout, scale, skip) for scale in scales]
+        self.states = [LightState(self.layout, scale, skip, drop) for scale in scales]
         self.block(occlusion)
         self.reset()
 
@@ -146,6 +148,7 @@ class Level:
         if not self.dark:
             first = self._first_sweep
             for state, sweep, ledger in zip(self.states, self._sweeps, self._ledgers):
+                self._books.drop(ledger, state.trim() * self._unit(state))
                 before = state.component_sums
                 sums = state.advance(count, first or sweep)
                 self._books.enter(ledger, before, sums, self._unit(state), first is None)
@@ -193,6 +196,7 @@ class Level:
         self, state: LightState, sweep: Sweep, ledger: Ledger, tolerance: float, method: str
     ) -> SolveReport:
         """Solve for one spectrum and book what its field sends, loses and keeps."""
+        state.lend()
         clamp = self.stencil.clamp
         sweep = sweep.linear() if clamp else sweep
         # What does not move any more: light that passed before, and what a free first step leaves.

@@ -2,19 +2,33 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 
 from flatland.errors import InstabilityError
 from flatland.kernels import Layout, Sweep
+from flatland.kernels.box import (
+    cell_count,
+    cells_of,
+    clear_outside,
+    grown,
+    hull,
+    is_empty,
+    nothing,
+    trimmed,
+    whole,
+)
 from flatland.kernels.reports import Buffer, StepSums
-from flatland.solvers.vectors import norm
 
 #: A run is stopped when its light, in the L2 norm, has grown by this much: far above anything
 #: physical, and so far below overflow that the last state is still a state.
 LARGEST_GROWTH = 1e12
 #: Beyond this growth every single step is looked at.
 SUSPICIOUS_GROWTH = 1e3
+#: Looks at a grid that is lit from end to end before the next one whether it still is.
+_SELDOM = 8
 #: Steps between two looks at the books.
 BATCH = 16
 
@@ -22,16 +36,28 @@ BATCH = 16
 class LightState:
     """Three buffers, stepped together; the light is kept near 1 by a power of two, `scale`.
 
-    skip: cells along the first axis that light cannot have reached are left alone.
+    skip: cells outside of a box round the newest light are left alone. drop: layers of that box
+    whose coefficients are all below this part of the largest one at the start are taken away, and
+    their flux counted.
     """
 
-    def __init__(self, layout: Layout, scale: float, skip: bool = True) -> None:
-        self.layout, self.scale, self.skip = layout, scale, skip
+    def __init__(self, layout: Layout, scale: float, skip: bool = True, drop: float = 0.0) -> None:
+        self.layout, self.scale, self.skip, self.drop = layout, scale, skip, drop
         self.source, self.target, self.total = (layout.allocate() for _ in range(3))
+        self._cells = math.prod(layout.shape)
+        self._forget()
 
     def reset(self) -> None:
         for buffer in (self.source, self.target, self.total):
-            buffer[:] = 0
+            self.layout.view(buffer)[cells_of(self._touched)] = 0
+        self._forget()
+
+    def _forget(self) -> None:
+        self.lit = self._touched = nothing(self.layout.shape)
+        self._limit = 0.0
+        #: Cells swept since the start, and those of the whole grid in as many steps.
+        self.swept = self.sweepable = 0
+        self._looks = 0
 
     def start(
         self,
@@ -44,20 +70,24 @@ class LightState:
         components: those whose sums over cells the books need.
         """
         self.reset()
-        self.layout.view(self.target)[...] = newest
-        self.total[:] = self.target
+        self._limit = self.drop * float(np.abs(newest).max(initial=0.0)) if self.drop else 0.0
+        everywhere = whole(self.layout.shape)
+        self.lit = trimmed(newest, everywhere)[0] if self.skip else everywhere
+        self._touched = self.lit if passed is None else everywhere
+        lit = cells_of(self.lit)
+        for buffer in (self.target, self.total):
+            self.layout.view(buffer)[lit] = newest[lit]
         if passed is not None:
             self.layout.view(self.total)[...] += passed
-        self.start_norm = norm(self.target)
-        self.norm = self.start_norm
-        self.component_sums = self.sums_of(self.target, components)
-        self._lit = self._lit_planes() if self.skip else (0, self.layout.shape[0])
+        light = np.asarray(self.layout.view(self.target)[lit], float)
+        self.start_norm = self.norm = float(np.sqrt(np.square(light).sum()))
+        self._components = components
+        axes = tuple(range(1, light.ndim))
+        self.component_sums = light[components].sum(axis=axes)
 
-    def _lit_planes(self) -> tuple[int, int]:
-        """First and last (excluded) cell along the first axis with newest light."""
-        view = self.layout.view(self.target)
-        lit = np.flatnonzero((view != 0).any(axis=(0, *range(2, view.ndim))))
-        return (int(lit[0]), int(lit[-1]) + 1) if lit.size else (0, 0)
+    def lend(self) -> None:
+        """Let others write anywhere in the buffers; the next reset clears them all."""
+        self._touched = whole(self.layout.shape)
 
     def sums_of(self, buffer: Buffer, components: list[int]) -> NDArray[np.float64]:
         """Sums over cells of some components."""
@@ -65,22 +95,45 @@ class LightState:
 
     @property
     def batch(self) -> int:
-        """Steps that may run before the next look."""
+        """Steps that may run before the next look; no limit where nothing moves."""
+        if is_empty(self.lit):
+            return 1 << 30
         return BATCH if self.norm <= SUSPICIOUS_GROWTH * self.start_norm else 1
 
     def advance(self, count: int, sweep: Sweep) -> StepSums:
         """`count` more steps."""
-        # A step goes one cell far.
-        first, last = self._lit
-        lit = (max(0, first - count), min(self.layout.shape[0], last + count))
-        if first < last:
-            self._lit = lit
-        sums = sweep.steps(self.target, self.source, self.total, count, self._lit)
+        self.sweepable += count * self._cells
+        if is_empty(self.lit):
+            count = 1  # for its report: many steps of no light are one
+        if not self._is_full:
+            # A step goes one cell far.
+            self.lit = grown(self.lit, self.layout.shape, count)
+            self._touched = hull(self._touched, self.lit)
+        sums = sweep.steps(self.target, self.source, self.total, count, self.lit)
+        self.swept += count * cell_count(self.lit)
         if count % 2:
             self.source, self.target = self.target, self.source
         self.component_sums = sums.components[-1]
         self.norm = float(np.sqrt(sums.squares[-1]))
         return sums
+
+    @property
+    def _is_full(self) -> bool:
+        return cell_count(self.lit) == self._cells
+
+    def trim(self) -> float:
+        """Shrink the box to the newest light; coefficient 0 of what was dropped with it."""
+        self._looks += 1
+        seldom = self._is_full and self._limit == 0 and self._looks % _SELDOM
+        if not self.skip or seldom:
+            return 0.0
+        box, dropped = trimmed(self.layout.view(self.target), self.lit, self._limit)
+        if box != self.lit:
+            # The next step writes into what is the source now, and only inside the box.
+            clear_outside(self.layout, self.source, self.lit, box)
+            self.lit = box
+        self.component_sums = self.component_sums - dropped[self._components]
+        return float(dropped[0])
 
     @property
     def tame(self) -> bool:

@@ -23,6 +23,7 @@ from flatland.memory import require_memory
 from flatland.occlusion import Walls, given_occlusion, without_first_bounces
 from flatland.octree import LevelRules, Octree
 from flatland.scene import Scene
+from flatland.skipped import Skip, skipped
 from flatland.solvers import SolveReport
 from flatland.stencil import Scheme
 
@@ -40,7 +41,9 @@ class Simulation:
     black walls for light from elsewhere; they do not cut the links by which their own leaves.
 
     levels: of the octree, 1 for the uniform grid. normalization, level_factors, falloff, index,
-    patience and skip say how levels are filled, stepped and read: see LevelRules.
+    patience and skip say how levels are filled, stepped and read: see LevelRules. drop: light at
+    the rim of what is lit with no coefficient above this part of the largest one at the start is
+    not stepped on; the ledger says how much flux that was. 0 drops nothing.
 
     `target` is the newest light, `source` what it was one step before, `accumulated` the sum of
     all, S_A = Σ_i S_i, all on level 0; `level(i)` gives them on any level and `merge()` one field
@@ -70,10 +73,15 @@ class Simulation:
         index: str = "finest",
         patience: float = 1.0,
         skip: bool = True,
+        drop: float = 0.0,
     ) -> None:
         if precision not in PRECISIONS:
             raise bad_input("precision", precision, "is unknown", PRECISIONS)
-        rules = LevelRules(levels, normalization, level_factors, falloff, index, patience, skip)
+        rules = LevelRules(
+            levels, normalization, level_factors, falloff, index, patience, skip, drop
+        )
+        if drop and scene.medium is not None:
+            raise bad_input("drop", drop, "must be 0 in a medium, whose books need all light")
         grids = rules.grids(scene.grid)
         walls = Walls(blocking, strength, bounces, lights_block)
         self.scene, self.propagator, self.precision = scene, propagator, precision
@@ -226,6 +234,10 @@ class Simulation:
             [self.octree.merge(each, buffer, index, blend) for each in spectra], self.scene.grid
         )
         return self.merged
+
+    def explain(self) -> list[Skip]:
+        """What this run has left out so far because nothing needs it, and what that saved."""
+        return skipped(self)
 
     # -- what can be looked at ------------------------------------------------------------------
 

@@ -16,6 +16,7 @@ from flatland.ledger import Ledger
 from flatland.octree import require_width
 from flatland.scene import Scene
 from flatland.simulation import Simulation
+from flatland.skipped import Skip
 from propagators import Propagator, StencilPropagator
 
 Progress = Callable[[int], object]
@@ -30,7 +31,7 @@ class Method:
     blocking, strength, bounces, lights_block: what walls do, see `Simulation`; methods that do not
     step have their own way with walls. levels, normalization, level_factors, falloff, index and
     patience: of an octree, see `Simulation`; blend: of its merge. Methods that do not step have
-    one level.
+    one level. drop: light that is too little to be stepped on, see `Simulation`.
     """
 
     propagator: Propagator
@@ -49,6 +50,7 @@ class Method:
     index: str = "finest"
     patience: float = 1.0
     blend: float | None = None
+    drop: float = 0.0
 
     def steps_on(self, scene: Scene) -> int:
         return 2 * max(scene.grid.shape) if self.iterations is None else self.iterations
@@ -67,6 +69,7 @@ class Method:
             "bounces": self.bounces,
             "lights_block": self.lights_block,
             **(self._level_values if self.levels > 1 else {}),
+            **({"drop": self.drop} if self.drop else {}),
         }
 
     @property
@@ -102,6 +105,7 @@ class Method:
             falloff=self.falloff,
             index=self.index,
             patience=self.patience,
+            drop=self.drop,
         )
 
 
@@ -123,7 +127,8 @@ class Run:
     """What came of it. seconds: stepping or solving, and merging, without reading and compiling.
 
     accumulated: of an octree, the merged field. ledger: of level 0. levels: all levels if they
-    were asked for, and index, (*shape), the level that each cell was read from.
+    were asked for, and index, (*shape), the level that each cell was read from. skips: what was
+    left out since nothing needs it.
     """
 
     method: Method
@@ -134,6 +139,7 @@ class Run:
     details: dict[str, Any] = field(default_factory=dict)
     levels: tuple[LevelResult, ...] = ()
     index: NDArray[np.int8] | None = None
+    skips: tuple[Skip, ...] = ()
 
 
 def run_method(
@@ -166,8 +172,10 @@ def run_method(
         begin = time.perf_counter()
         accumulated, index = simulation.merge(method.blend), simulation.index
         seconds += time.perf_counter() - begin
+    skips = tuple(simulation.explain())
     levels = _levels(simulation, index) if keep_levels and index is not None else ()
-    return Run(method, accumulated, seconds, stopped, simulation.ledger, details, levels, index)
+    ledger = simulation.ledger
+    return Run(method, accumulated, seconds, stopped, ledger, details, levels, index, skips)
 
 
 def _levels(simulation: Simulation, index: NDArray[np.int8]) -> tuple[LevelResult, ...]:

@@ -31,10 +31,13 @@ class Recipe:
     kind="step": T = A S, X += T, and sums of components over the row.
     kind="combine": T = f₀·S + f₁·X + f₂·(A S), X read only, f₀, f₁, f₂ given in `sums`.
     blocked: τ(x, d) multiplies what leaves x along d.
+    boxed: rows and columns are those of a box given at run time; costs a little per row, since
+    their numbers are not known when the text is compiled.
     """
 
     kind: str = "step"
     blocked: bool = False
+    boxed: bool = False
     #: Components whose sum over cells is returned (the sum of all squares comes last).
     sums: tuple[int, ...] = (0,)
 
@@ -46,7 +49,11 @@ def significant(transfer: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 class SweepText:
-    """Writes one function `sweep(S, T, X, tau, first_row, last_row, sums)`."""
+    """Writes one function `sweep(S, T, X, tau, first_row, last_row, box, sums)`.
+
+    Rows are those of the grid; or, `boxed`, of the box whose place `box` gives in five numbers, see
+    `box.sweep_box`.
+    """
 
     def __init__(self, stencil: Stencil, layout: Layout, recipe: Recipe) -> None:
         self.layout, self.recipe = layout, recipe
@@ -70,7 +77,11 @@ class SweepText:
         full = self.layout.width // self.layout.lanes * self.layout.lanes
         sums = self._loop(full) if full else self._zeros()
         if full < self.layout.width:
-            sums = self._block("%row_base", full, sums)
+            sums = (
+                self._rest(full, sums)
+                if self.recipe.boxed
+                else self._block("%row_base", full, sums)
+            )
         self._epilogue(sums)
         return "\n".join(self.lines) + "\n"
 
@@ -78,7 +89,6 @@ class SweepText:
 
     def _prologue(self) -> None:
         layout, v = self.layout, self.vector
-        inner = layout.shape[-2]
         outer = layout.strides[-3] if len(layout.shape) == 3 else 0
         for name, arity in (("fma", 3), ("maxnum", 2)):
             arguments = ", ".join([v] * arity)
@@ -87,19 +97,35 @@ class SweepText:
         self._put(reduce)
         self._put(
             "define void @sweep(ptr noalias readonly %S, ptr noalias %T, ptr noalias %X, "
-            "ptr noalias readonly %tau, i64 %first_row, i64 %last_row, ptr noalias %sums) {"
+            "ptr noalias readonly %tau, i64 %first_row, i64 %last_row, "
+            "ptr noalias readonly %box, ptr noalias %sums) {"
         )
         self._put("entry:")
+        if self.recipe.boxed:
+            self._box()
         if self.recipe.kind == "combine":
             self._factors()
         self._put("  %any = icmp slt i64 %first_row, %last_row")
         self._put("  br i1 %any, label %row, label %end")
         self._put("row:\n  %r = phi i64 [%first_row, %entry], [%next_row, %row_end]")
+        inner, plane, row = str(layout.shape[-2]), "0", "0"
+        if self.recipe.boxed:
+            inner, plane, row = "%inner", "%plane", "%row_0"
         self._put(f"  %r_outer = udiv i64 %r, {inner}\n  %r_inner = urem i64 %r, {inner}")
-        self._put(
-            f"  %a = mul i64 %r_outer, {outer}\n  %b = mul i64 %r_inner, {layout.strides[-2]}"
-        )
+        self._put(f"  %p = add i64 %r_outer, {plane}\n  %q = add i64 %r_inner, {row}")
+        self._put(f"  %a = mul i64 %p, {outer}\n  %b = mul i64 %q, {layout.strides[-2]}")
         self._put(f"  %ab = add i64 %a, %b\n  %row_base = add i64 %ab, {layout.front}")
+
+    def _box(self) -> None:
+        """Rows and columns of the box, and which kinds of vectors it has."""
+        full = self.layout.width // self.layout.lanes * self.layout.lanes
+        for i, name in enumerate(("plane", "row_0", "inner", "first_column", "last_column")):
+            self._put(f"  %at_{name} = getelementptr i64, ptr %box, i64 {i}")
+            self._put(f"  %{name} = load i64, ptr %at_{name}")
+        self._put(f"  %cut = icmp slt i64 %last_column, {full}")
+        self._put(f"  %full_end = select i1 %cut, i64 %last_column, i64 {full}")
+        self._put("  %any_full = icmp slt i64 %first_column, %full_end")
+        self._put(f"  %any_rest = icmp sgt i64 %last_column, {full}")
 
     def _factors(self) -> None:
         """Three numbers, each spread over a vector."""
@@ -124,8 +150,11 @@ class SweepText:
 
     def _loop(self, full: int) -> list[str]:
         """The loop over full vectors of a row; returns the names of its sums."""
-        self._put("  br label %column\ncolumn:")
-        self._put("  %j = phi i64 [0, %row], [%next_j, %column]")
+        boxed = self.recipe.boxed
+        begin, end = ("%first_column", "%full_end") if boxed else ("0", str(full))
+        jump = "i1 %any_full, label %column, label %after" if boxed else "label %column"
+        self._put(f"  br {jump}\ncolumn:")
+        self._put(f"  %j = phi i64 [{begin}, %row], [%next_j, %column]")
         starts = [f"%sum_in_{i}" for i in range(len(self.recipe.sums) + 1)]
         place = len(self.lines)
         base = self._name()
@@ -138,9 +167,24 @@ class SweepText:
         ]
         self.lines[place:place] = phis
         self._put(f"  %next_j = add i64 %j, {self.layout.lanes}")
-        self._put(f"  %more = icmp slt i64 %next_j, {full}")
-        self._put("  br i1 %more, label %column, label %tail\ntail:")
-        return results
+        self._put(f"  %more = icmp slt i64 %next_j, {end}")
+        self._put("  br i1 %more, label %column, label %after\nafter:")
+        return self._either(self._zeros(), "row", results, "column") if boxed else results
+
+    def _rest(self, full: int, sums: list[str]) -> list[str]:
+        """The vector at the end of a row that holds fewer cells than lanes, if the box has it."""
+        before = "after" if full else "row"
+        self._put("  br i1 %any_rest, label %rest, label %all\nrest:")
+        results = self._block("%row_base", full, sums)
+        self._put("  br label %all\nall:")
+        return self._either(sums, before, results, "rest")
+
+    def _either(self, first: list[str], origin: str, second: list[str], other: str) -> list[str]:
+        """Sums that come from one block or another."""
+        names = [self._name() for _ in first]
+        for name, a, b in zip(names, first, second):
+            self._put(f"  {name} = phi {self.vector} [{a}, %{origin}], [{b}, %{other}]")
+        return names
 
     def _epilogue(self, sums: list[str]) -> None:
         zero = "0.0"

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from flatland.kernels.box import Box
 from flatland.kernels.reports import Buffer, StepSums
 
 if TYPE_CHECKING:
@@ -20,7 +21,7 @@ def clamped_steps(
     target: Buffer,
     total: Buffer,
     count: int,
-    lit: tuple[int, int] | None = None,
+    lit: Box | None = None,
 ) -> StepSums:
     """Steps one by one, with the flux that was sent and that left counted after clamping."""
     reports = []

@@ -12,10 +12,11 @@ import llvmlite.binding as llvm
 
 _POINTER, _INTEGER = ctypes.c_void_p, ctypes.c_int64
 _SIGNATURES = {
-    "sweep": [_POINTER] * 4 + [_INTEGER] * 2 + [_POINTER],
+    "sweep": [_POINTER] * 4 + [_INTEGER] * 2 + [_POINTER] * 2,
     "steps": [_POINTER] * 4
     + [_INTEGER] * 2
-    + [_POINTER, _INTEGER]
+    + [_POINTER] * 2
+    + [_INTEGER]
     + [_POINTER] * 2
     + [_INTEGER] * 2
     + [_POINTER, _INTEGER, _POINTER],

@@ -33,8 +33,8 @@ end:
   ret void
 }}
 
-define void @steps(ptr %S, ptr %T, ptr %X, ptr %tau, i64 %first_row, i64 %last_row, ptr %sums,
-                   i64 %count, ptr %cells, ptr %weights, i64 %first_cell, i64 %last_cell,
+define void @steps(ptr %S, ptr %T, ptr %X, ptr %tau, i64 %first_row, i64 %last_row, ptr %box,
+                   ptr %sums, i64 %count, ptr %cells, ptr %weights, i64 %first_cell, i64 %last_cell,
                    ptr %counter, i64 %parties, ptr %yield) {{
 entry:
   br label %step
@@ -49,7 +49,7 @@ step:
   %left_pointer = getelementptr double, ptr %here, i64 {last_sum}
   store double %left, ptr %left_pointer
   call void @sweep(ptr %source, ptr %target, ptr %X, ptr %tau, i64 %first_row, i64 %last_row,
-                   ptr %here)
+                   ptr %box, ptr %here)
   %next_s = add i64 %s, 1
   %goal = mul i64 %next_s, %parties
   call void @wait(ptr %counter, i64 %goal, ptr %yield)

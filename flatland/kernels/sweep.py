@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from flatland.kernels.assembly import Recipe, SweepText, significant
 from flatland.kernels.border import border, outflow_text
+from flatland.kernels.box import Box, sweep_box, touches_border, whole
 from flatland.kernels.clamping import clamped_steps
 from flatland.kernels.compiler import compile_text
 from flatland.kernels.layout import Layout
@@ -31,6 +32,10 @@ LARGEST_TEXT = 6000
 #: that size, so that only steps of 0.1 ms and more are shared.
 _WORTH_SHARING_BATCH = 1_000_000
 _WORTH_SHARING_CALL = 3_000_000
+#: Multiply-adds, of light that is not there, in the time that it takes to compile other steps.
+_COMPILING = 200_000_000
+#: Whole planes are taken for a box that has all but one part in so many of their cells.
+_WORTH_A_BOX = 3
 
 
 class Sweep:
@@ -54,24 +59,34 @@ class Sweep:
         self.stencil, self.layout = stencil, layout
         self.recipe = Recipe(blocked=transmittance is not None, sums=sums)
         self.couplings = int(np.count_nonzero(significant(stencil.transfer)))
-        self._work = self.couplings * layout.rows * layout.width
         self.open_share = transmittance
         self.transmittance = self._padded(transmittance)
         self._tau_address = address(self.transmittance)
-        self._rows = layout.rows
+        self._rows, self._whole = sweep_box(layout, whole(layout.shape))
         self.border_cells, self.border_weights = border(stencil, layout, transmittance)
         #: What a solver keeps between right-hand sides.
         self.hierarchy: object | None = None
         self.prepared: set[str] = set()
         self.double: Sweep | None = None
+        #: What was compiled, kept as long as it may be called.
+        self._code: list[object] = []
+        self._wasted = 0
         self.by_matrices = self.couplings > LARGEST_TEXT
         if self.by_matrices:
             self._matrices = MatrixSweep(stencil, layout, self.transmittance)
             return
-        text = SweepText(stencil, layout, self.recipe).text()
-        text += outflow_text(layout, self.border_weights) + stepping_text(self._width)
-        self._code = compile_text(text)
-        self._steps = self._code.function("steps")
+        self._steps = self._compiled(boxed=False)
+
+    @cached_property
+    def _steps_in_box(self) -> Callable[..., None]:
+        return self._compiled(boxed=True)
+
+    def _compiled(self, boxed: bool) -> Callable[..., None]:
+        text = SweepText(self.stencil, self.layout, replace(self.recipe, boxed=boxed)).text()
+        text += outflow_text(self.layout, self.border_weights) + stepping_text(self._width)
+        code = compile_text(text)
+        self._code.append(code)
+        return code.function("steps")
 
     @property
     def _width(self) -> int:
@@ -83,13 +98,12 @@ class Sweep:
         target: Buffer,
         total: Buffer,
         count: int,
-        lit: tuple[int, int] | None = None,
+        lit: Box | None = None,
     ) -> StepSums:
         """`count` steps from `source`, in turn into `target` and back, each added to `total`.
 
-        After an even number of steps the newest light is in `source`. lit: cells along the first
-        axis, from and to (excluded), outside of which all buffers are zero and stay so; they are
-        not touched.
+        After an even number of steps the newest light is in `source`. lit: the box outside of which
+        `source` and `target` are zero and stay so; what lies outside is not touched.
         """
         if self._reflector is not None:
             return self._reflected_steps(source, target, total, count, lit)
@@ -113,7 +127,7 @@ class Sweep:
         target: Buffer,
         total: Buffer,
         count: int,
-        lit: tuple[int, int] | None,
+        lit: Box | None,
     ) -> StepSums:
         """Steps one by one, each followed by what walls send back."""
         assert self._reflector is not None
@@ -136,31 +150,49 @@ class Sweep:
         target: Buffer,
         total: Buffer,
         count: int,
-        lit: tuple[int, int] | None = None,
+        lit: Box | None = None,
     ) -> StepSums:
         """Steps whose `left` is that of the stencil's transfer matrices."""
         if self.by_matrices:
             return self._matrix_steps(source, target, total, count)
-        per_plane = self.layout.rows // self.layout.shape[0]
-        begin, end = (0, self._rows) if lit is None else (lit[0] * per_plane, lit[1] * per_plane)
+        lit = lit or whole(self.layout.shape)
+        steps, rows, box = self._rows_of(lit, count)
+        border_cells = len(self.border_cells) if touches_border(lit, self.layout.shape) else 0
         worth = _WORTH_SHARING_CALL if count == 1 else _WORTH_SHARING_BATCH
-        parties = self._parties(worth, end - begin)
+        parties = self._parties(worth, len(rows), len(rows) * int(box[4] - box[3]))
         sums = np.zeros((parties, count, self._width))
         counter = np.zeros(1, np.int64)
         fields = [address(buffer) for buffer in (source, target, total, self.transmittance)]
         border = [address(self.border_cells), address(self.border_weights)]
 
         def part(party: int, running: int) -> None:
-            rows = [begin + row for row in rows_of(party, running, end - begin)]
-            cells = rows_of(party, running, len(self.border_cells))
-            self._steps(
-                *fields, *rows, sums[party].ctypes.data, count, *border, *cells,
+            own = [rows.start + row for row in rows_of(party, running, len(rows))]
+            cells = rows_of(party, running, border_cells)
+            steps(
+                *fields, *own, address(box), sums[party].ctypes.data, count, *border, *cells,
                 counter.ctypes.data, running, yield_address(),
             )  # fmt: skip
 
         run_shared(part, parties)
-        whole = sums.sum(axis=0)
-        return StepSums(whole[:, :-2], whole[:, -2], whole[:, -1])
+        joined = sums.sum(axis=0)
+        return StepSums(joined[:, :-2], joined[:, -2], joined[:, -1])
+
+    def _rows_of(
+        self, lit: Box, count: int
+    ) -> tuple[Callable[..., None], range, NDArray[np.int64]]:
+        """Compiled steps for a box, the rows that they count, and their place.
+
+        Whole planes take the steps that know how long a row is. Those for any box are compiled
+        once the work that they would have saved is as much as compiling them.
+        """
+        in_box, box = sweep_box(self.layout, lit)
+        per_plane = self._rows // self.layout.shape[0]
+        planes = range(lit[0][0] * per_plane, lit[0][1] * per_plane)
+        spared = len(planes) * self.layout.width - in_box * int(box[4] - box[3])
+        self._wasted += count * max(0, spared) * self.couplings
+        if spared * _WORTH_A_BOX > len(planes) * self.layout.width and self._wasted > _COMPILING:
+            return self._steps_in_box, range(in_box), box
+        return self._steps, planes, self._whole
 
     def linear(self) -> Sweep:
         """The same sweep without clamping."""
@@ -188,19 +220,21 @@ class Sweep:
 
         Looking up one address takes 2 µs, as long as the whole sweep of a coarse grid.
         """
-        call, tau = self._combine, self._tau_address
+        call, tau, box = self._combine, self._tau_address, self._whole.ctypes.data
         numbers = (ctypes.c_double * 3)(*factors)
 
         def part(party: int, running: int) -> None:
-            call(source, target, rest, tau, *rows_of(party, running, self._rows), numbers)
+            call(source, target, rest, tau, *rows_of(party, running, self._rows), box, numbers)
 
-        run_shared(part, self._parties(_WORTH_SHARING_CALL, self._rows))
+        parties = self._parties(_WORTH_SHARING_CALL, self._rows, self._rows * self.layout.width)
+        run_shared(part, parties)
 
     @cached_property
     def _combine(self) -> Callable[..., None]:
         text = SweepText(self.stencil, self.layout, replace(self.recipe, kind="combine")).text()
-        self._combine_code = compile_text(text)
-        return self._combine_code.function("sweep")
+        code = compile_text(text)
+        self._code.append(code)
+        return code.function("sweep")
 
     def _matrix_steps(self, source: Buffer, target: Buffer, total: Buffer, count: int) -> StepSums:
         rows = np.zeros((count, self._width))
@@ -220,9 +254,8 @@ class Sweep:
         light = source[self.border_cells[:, None] + offsets]
         return float(np.sum(light * self.border_weights, dtype=float))
 
-    def _parties(self, worth: int, rows: int) -> int:
-        work = self._work * rows // self._rows
-        return min(thread_count(), rows) if work > worth else 1
+    def _parties(self, worth: int, rows: int, cells: int) -> int:
+        return min(thread_count(), rows) if self.couplings * cells > worth else 1
 
     def _padded(self, transmittance: NDArray[np.float64] | None) -> Buffer | None:
         """τ in the layout of the fields, its border 1 (only zeros come from there)."""

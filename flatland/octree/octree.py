@@ -56,7 +56,7 @@ class Octree:
         stencils = [stencil, *(stencil.scaled(factor) for factor in self.step_factors[1:])]
         blocked = [occlusion] + [Occlusion()] * (rules.count - 1)
         self.levels = [
-            Level(grid, own, precision, scales, walls_there, rules.skip, scene.medium)
+            Level(grid, own, precision, scales, walls_there, rules.skip, scene.medium, rules.drop)
             for grid, own, walls_there in zip(rules.grids(scene.grid), stencils, blocked)
         ]
         self.has_geometry = rules.count == 1 or occlusion.transmittance is None

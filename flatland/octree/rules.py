@@ -33,6 +33,8 @@ class LevelRules:
     index: which level a place is read from, see flatland.octree.index. patience: a level counts as
     lit where as many steps have been done as its first light took, times this. 1 reads it at once
     (the thesis), although most of its light is still to come; a few wait for more of it.
+    drop: a level's light is taken away, and booked, in the outer layers of the box that it is in
+    where all coefficients are at most this part of the largest that the level started with.
     skip: what no merge can read is not propagated: cells that light has not reached, on any level,
     and levels that no place is read from, until somebody looks at them. Fields are the same bit
     for bit.
@@ -45,6 +47,7 @@ class LevelRules:
     index: str = "finest"
     patience: float = 1.0
     skip: bool = True
+    drop: float = 0.0
 
     def __post_init__(self) -> None:
         for name, choices in (
@@ -56,6 +59,10 @@ class LevelRules:
                 raise bad_input(name, getattr(self, name), "is unknown", choices)
         if not (np.isfinite(self.patience) and self.patience >= 1):
             raise bad_input("patience", self.patience, "must be finite and at least 1")
+        if not (np.isfinite(self.drop) and 0 <= self.drop < 1):
+            raise bad_input("drop", self.drop, "must be at least 0 and less than 1")
+        if self.drop and not self.skip:
+            raise bad_input("drop", self.drop, "must be 0 when all cells are swept (skip = False)")
 
     def grids(self, grid: Grid) -> tuple[Grid, ...]:
         """All levels' grids. Raises InputError for a count that this grid cannot have."""

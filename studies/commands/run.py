@@ -28,6 +28,10 @@ if TYPE_CHECKING:
     from studies.surface import SurfaceError
 
 
+#: Entries of the ledger that few scenes and methods have.
+_RARE = ("medium", "dropped")
+
+
 @click.command("run")
 @click.argument("scene")
 @click.option("--propagator", default="lpv", show_default=True, help="A scheme's name.")
@@ -51,6 +55,8 @@ if TYPE_CHECKING:
     "--image", type=click.Path(path_type=Path), help="Picture to write (PNG, PDF or SVG)."
 )
 @click.option("--slice", "layer", metavar="AXIS=INDEX", help="Layer of a 3D picture; middle of z.")
+@click.option("--drop", default=0.0, metavar="PART", help="Leave light below this part alone.")
+@click.option("--explain", is_flag=True, help="Print what was skipped and what it saved.")
 @click.option("--json", "as_json", is_flag=True, help="Print JSON for machines.")
 def command(
     scene: str,
@@ -72,6 +78,8 @@ def command(
     layer: str | None,
     as_json: bool,
     view: str,
+    drop: float,
+    explain: bool,
     **octree: Any,
 ) -> None:
     """Run one method on SCENE, a built-in name or a file, and print where its light went."""
@@ -93,7 +101,7 @@ def command(
     lighting = _surface_meter(loaded) if surfaces else None
     scheme = create(propagator, **scheme_options(options))
     walls = (blocking, strength, not no_bounces, lights_block)
-    method = Method(scheme, bands, iterations, converge, precision, *walls, **rules)
+    method = Method(scheme, bands, iterations, converge, precision, *walls, **rules, drop=drop)
     steps = converge is None and isinstance(scheme, StencilPropagator)
     with steps_bar(method.steps_on(loaded), steps) as advance:
         run = run_method(loaded, method, advance, keep_levels=True)
@@ -110,6 +118,8 @@ def command(
         click.echo(json.dumps(_record(scene, run, errors, lit), indent=1))
     else:
         click.echo(_report(scene, loaded, run, errors, lit))
+        if explain:
+            click.echo(_skips(run))
         for path in (output, image):
             if path is not None:
                 click.echo(f"wrote {path}")
@@ -174,6 +184,7 @@ def _record(
         "seconds": run.seconds,
         **run.details,
         "ledger": {name: value.tolist() for name, value in books.items()},
+        "skipped": [asdict(skip) for skip in run.skips],
         **({"levels": [_level_record(level) for level in run.levels]} if run.levels else {}),
         "errors": plain_numbers(errors),
         "surfaces": [asdict(row) for row in lit],
@@ -221,11 +232,25 @@ def _report(
     return "\n".join(lines)
 
 
+def _skips(run: Run) -> str:
+    """What was left out, a line each."""
+    from studies.tables import table
+
+    if not run.skips:
+        return "\nnothing was skipped"
+    rows = [
+        [skip.name, "" if skip.saved is None else f"{skip.saved:.1%}", skip.reason]
+        for skip in run.skips
+    ]
+    return "\n" + table(["skipped", "of its work", "because"], rows)
+
+
 def _levels(levels: Sequence[LevelResult]) -> str:
     """One row per level, colours added up; fluxes in units of level 0's cells."""
     from studies.tables import table
 
-    names = list(levels[0].ledger.as_dict())
+    everything = [level.ledger.as_dict() for level in levels]
+    names = [n for n in everything[0] if n not in _RARE or any(b[n].any() for b in everything)]
     rows = []
     for number, level in enumerate(levels):
         books = level.ledger.as_dict()
@@ -238,13 +263,16 @@ def _levels(levels: Sequence[LevelResult]) -> str:
 
 
 def _books(ledger: Ledger) -> str:
-    """emitted + created = left + absorbed + medium + inside, a row per colour if there are many."""
+    """Emitted + created = left + absorbed + inside, a row per colour if there are several.
+
+    What takes part in few scenes, a medium or dropped light, is shown where it does.
+    """
     import numpy as np
 
     from studies.tables import table
 
     entries = ledger.as_dict()
-    names = list(entries)
+    names = [name for name in entries if name not in _RARE or np.any(entries[name])]
     columns = [np.atleast_1d(entries[name]) for name in names]
     rows = [[float(column[i]) for column in columns] for i in range(len(columns[0]))]
     header = [f"{name} [W]" for name in names]

@@ -79,7 +79,7 @@ def test_open_transmittance_is_no_transmittance():
 
 def test_entries_are_listed_by_name():
     ledger = after(scene_of(), 3, LPV).ledger
-    assert set(ledger.as_dict()) == {*ENTRIES, "reflected", "medium", "closure"}
+    assert set(ledger.as_dict()) == {*ENTRIES, "reflected", "medium", "dropped", "closure"}
     assert ledger.as_dict()["left"] == ledger.left
 
 
