@@ -9,7 +9,6 @@ from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import minimize
 
 from flatland.harmonics import AngularBasis
 
@@ -140,6 +139,8 @@ def _peaks(samples: Array, values: Array, step: float) -> list[Array]:
 
 def _climb(radius_at: Callable[[Array], Array], start: Array, step: float) -> float:
     """The radius at the top of a peak that begins within a step of `start`."""
+    from scipy.optimize import minimize  # a sixth of a second: only where needed
+
     around = np.array(list(itertools.product((0.0, 1e-3, -1e-3), repeat=start.size)))
     values = radius_at(start + step * around)
     if values[0] >= values.max() - 1e-12:  # as at points of symmetry, where most maxima lie

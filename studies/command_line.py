@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import importlib
 import os
 import sys
@@ -34,11 +35,34 @@ class LazyGroup(click.Group):
         if cmd_name not in COMMANDS:
             return None
         command: click.Command = importlib.import_module(COMMANDS[cmd_name][0]).command
-        return command
+        return _telling_of_compiling(command)
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         with formatter.section("Commands"):
             formatter.write_dl([(name, text) for name, (_, text) in COMMANDS.items()])
+
+
+def _telling_of_compiling(command: click.Command) -> click.Command:
+    """The command, which says so once if the first start has to compile.
+
+    Asked for when it runs: to load the engine for --help would take a second.
+    """
+    if isinstance(command, click.Group):
+        for each in command.commands.values():
+            _telling_of_compiling(each)
+    elif command.callback is not None and not hasattr(command.callback, "tells"):
+        run = command.callback
+
+        @functools.wraps(run)
+        def told(*arguments: Any, **options: Any) -> Any:
+            from flatland.first_time import NOTICE, when_compiling
+
+            when_compiling(lambda: _tell(NOTICE))
+            return run(*arguments, **options)
+
+        told.tells = True  # type: ignore[attr-defined]
+        command.callback = told
+    return command
 
 
 @click.command(cls=LazyGroup, context_settings={"help_option_names": ["-h", "--help"]})

@@ -5,8 +5,11 @@ LLVM assembly. compiler: assembly to machine code. threads: rows shared among co
 what walls send back. sweep: the callable that the engine uses.
 """
 
+from flatland.first_time import listen
 from flatland.kernels.layout import Layout
 from flatland.kernels.reflection import Reflection
 from flatland.kernels.sweep import Sweep
+
+listen()
 
 __all__ = ["Layout", "Reflection", "Sweep"]

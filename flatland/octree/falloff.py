@@ -25,7 +25,6 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from scipy.optimize import brentq
 
 from flatland.stencil import Stencil
 
@@ -36,6 +35,8 @@ _LOSSLESS = 1e-12
 
 def fading(stencil: Stencil) -> float:
     """μ per cell along the first axis, of light far from its source; 0 if steps lose none."""
+    from scipy.optimize import brentq  # slow to load
+
     if _log_growth(stencil, 0.0) > -_LOSSLESS:
         return 0.0
     upper = 1.0

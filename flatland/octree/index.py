@@ -28,7 +28,6 @@ from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import distance_transform_cdt
 
 from flatland.octree.downsampling import spread
 
@@ -56,6 +55,8 @@ def _finest(reached: Sequence[Mask]) -> Index:
 
 
 def _symmetric(reached: Sequence[Mask]) -> Index:
+    from scipy.ndimage import distance_transform_cdt  # slow to load
+
     last = len(reached) - 1
     shape = reached[0].shape
     index = np.full(shape, last, np.int8)

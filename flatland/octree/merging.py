@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import distance_transform_edt
 
 from flatland.errors import bad_input
 from flatland.octree.downsampling import spread
@@ -59,6 +58,8 @@ def require_width(width: float | None) -> None:
 
 
 def _weight(mask: NDArray[np.bool_], reach: float) -> NDArray[np.float64]:
+    from scipy.ndimage import distance_transform_edt  # slow to load
+
     if reach == 0 or mask.all():
         return mask.astype(float)
     return np.asarray(np.clip(1 - distance_transform_edt(~mask) / reach, 0.0, 1.0))

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import map_coordinates
 
 Values = NDArray[np.floating]
 
@@ -14,6 +13,8 @@ def sampled(values: Values, places: NDArray[np.float64]) -> Values:
 
     Beyond the outermost centres the value there goes on. Returns (..., *places.shape[1:]).
     """
+    from scipy.ndimage import map_coordinates  # slow to load
+
     dimension = len(places)
     leading = values.shape[: values.ndim - dimension]
     flat = values.reshape(-1, *values.shape[values.ndim - dimension :])

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
-from PySide6.QtCore import QTimer
+from contextlib import suppress
+
+from PySide6.QtCore import QTimer, Signal
 from PySide6.QtWidgets import QLabel, QProgressBar, QStatusBar
 
+from flatland.first_time import NOTICE, when_compiling
 from gui.models.frame import Frame, flux_balance
 from gui.models.session import Session
 
@@ -14,6 +17,9 @@ _STAYS = 8000
 
 class Status(QStatusBar):
     """Messages on the left; on the right what holds at the iteration on show."""
+
+    #: Sent by whatever thread compiles.
+    compiling = Signal()
 
     def __init__(self, session: Session) -> None:
         super().__init__()
@@ -41,7 +47,13 @@ class Status(QStatusBar):
         session.references_changed.connect(self._busy)
         session.progressed.connect(self._progress)
         session.noticed.connect(lambda text: self.showMessage(first_line(text), _STAYS))
+        self.compiling.connect(lambda: self.showMessage(NOTICE[0].upper() + NOTICE[1:], _STAYS))
+        when_compiling(self._tell_of_compiling)
         self.refresh()
+
+    def _tell_of_compiling(self) -> None:
+        with suppress(RuntimeError):  # the window was closed meanwhile
+            self.compiling.emit()
 
     def refresh(self) -> None:
         frame = self.session.frame

@@ -84,7 +84,6 @@ def command(
 ) -> None:
     """Run one method on SCENE, a built-in name or a file, and print where its light went."""
     from flatland.errors import bad_input
-    from flatland.results import result_dataset, save_dataset
     from flatland.scene import load_scene, refined
     from propagators import create
     from propagators.base import StencilPropagator
@@ -109,6 +108,8 @@ def command(
         errors = _errors(loaded, run) if reference else {}
     lit = [] if lighting is None else lighting(run.accumulated)
     if output is not None:
+        from flatland.results import result_dataset, save_dataset  # xarray: slow to load
+
         fields = {"accumulated": run.accumulated}
         levels = [level.accumulated for level in run.levels]
         save_dataset(result_dataset(loaded, fields, method.as_dict(), levels, run.index), output)
