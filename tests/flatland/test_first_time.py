@@ -31,7 +31,11 @@ def test_the_first_command_says_that_it_compiles_and_the_second_does_not(tmp_pat
     surroundings = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)}
     told = [
         subprocess.run(
-            [sys.executable, "-c", _RUN], env=surroundings, capture_output=True, text=True, check=True
+            [sys.executable, "-c", _RUN],
+            env=surroundings,
+            check=True,
+            capture_output=True,
+            text=True,
         ).stderr
         for _ in range(2)
     ]
