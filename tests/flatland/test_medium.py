@@ -13,7 +13,7 @@ from flatland.grid import Grid
 from flatland.harmonics import basis_for
 from flatland.medium import Medium, collision_probability, share_ahead
 from flatland.medium_step import in_medium
-from flatland.moments import exact_moments, spread_ratio, step_moments
+from flatland.moments import exact_moments, moments_of, spread_ratio, step_moments
 from flatland.scene import Scene, SceneError, parse_scene, scene_to_toml
 from flatland.simulation import Simulation
 
@@ -108,6 +108,32 @@ def test_mean_square_distance_as_tabulated(name, bands, expected, albedo):
         assert found.m0 == pytest.approx(truth.m0, rel=1e-12)
         assert found.r2 / truth.r2 == pytest.approx(ratio, abs=6e-5), optical
         assert spread_ratio(step(name, bands, optical, albedo)) == pytest.approx(ratio, abs=6e-5)
+
+
+@pytest.mark.parametrize("albedo", [0.0, 0.9])
+def test_eight_streets_of_their_own_have_the_exact_mean_square(albedo):
+    """DOM8 with a flux for each street instead of harmonics: only bands lose anything."""
+    streets = np.array([(i, j) for i in (-1, 0, 1) for j in (-1, 0, 1) if (i, j) != (0, 0)])
+    fourth = {0.0: (1.0, 1.0006, 1.0097, 1.1291), 0.9: (1.0, 1.0001, 1.0014, 1.0184)}
+    for optical, r4 in zip(OPTICAL, fourth[albedo]):
+        x = Medium(optical, albedo).optical_lengths(streets, 1.0)
+        p, b = collision_probability(x), share_ahead(x)
+
+        def response(waves, p=p, b=b):
+            phase = np.exp(-1j * (waves @ streets.T))
+            received = p * (1 - b + b * phase)
+            passing = np.einsum("mk,kj->mkj", (1 - p) * phase, np.eye(8))
+            scattered = np.einsum("k,mj->mkj", np.full(8, albedo / 8), received)
+            sent = np.linalg.solve(
+                np.eye(8) - passing - scattered, np.full((len(waves), 8, 1), 1 / 8, complex)
+            )
+            return np.einsum("mk,mk->m", received, sent[:, :, 0])
+
+        truth = exact_moments(optical, albedo)
+        found = moments_of(response, 0.1 * (1 - albedo) * optical)
+        assert found.m0 == pytest.approx(truth.m0, rel=1e-12)
+        assert found.r2 == pytest.approx(truth.r2, rel=1e-8)
+        assert found.r4 / truth.r4 == pytest.approx(r4, abs=6e-5)
 
 
 @pytest.mark.parametrize(
