@@ -16,7 +16,8 @@ from flatland.octree import most_levels
 from flatland.scene import load_scene
 from propagators import create
 from studies.figures.level_borders import draw_level_borders
-from studies.figures.octree_index import extent_of, octree_data
+from studies.figures.octree_index import octree_data
+from studies.figures.slices import extent_of
 from studies.figures.snapshots import draw_flux, flux_bar
 from studies.figures.workshop import Workshop
 from studies.level_jumps import level_jumps

@@ -2,7 +2,7 @@
 
 The scene `level-jump` after injection, all levels: the thesis' index volume jumps from level 0 to
 the coarsest on the sides of the light where its tree ends; the symmetric one, which it asks for
-(7.1), grows in rings.
+(7.1), grows in rings. The numbers are the levels that cells are read from.
 """
 
 from __future__ import annotations
@@ -14,7 +14,8 @@ from matplotlib.figure import Figure
 from flatland.octree import INDEX_STRATEGIES, most_levels
 from flatland.scene import load_scene
 from propagators import create
-from studies.figures.octree_index import draw_index, extent_of, octree_data
+from studies.figures.octree_index import draw_index, octree_data
+from studies.figures.slices import extent_of
 from studies.figures.workshop import Workshop
 from studies.running import Method
 from studies.style import COLUMN
@@ -39,8 +40,11 @@ def compute(workshop: Workshop) -> dict[str, xr.Dataset]:
 
 def draw(data: dict[str, xr.Dataset]) -> dict[str, Figure]:
     fields = data["index"]
-    figure = Figure(figsize=(COLUMN, 0.52 * COLUMN), layout="constrained")
-    for axes, name in zip(figure.subplots(1, 2), fields["snapshot"].values):
+    figure = Figure(figsize=(COLUMN, 0.58 * COLUMN), layout="constrained")
+    grid = figure.subplots(1, 2, sharey=True)
+    grid[0].set_ylabel("y [m]", fontsize=6)
+    for axes, name in zip(grid, fields["snapshot"].values):
+        axes.set_xlabel("x [m]", fontsize=6)
         index = fields["index"].sel(snapshot=name).values
         draw_index(axes, index, extent_of(fields))
         steps = max(np.abs(np.diff(index.astype(int), axis=axis)).max() for axis in (0, 1))

@@ -1,19 +1,22 @@
 """Figure 9 of the octree thesis: two lit walls, in the simulator's view of the merged octree.
 
 The scene `two-walls`, LPV with 2 bands, all levels, after 2 iterations, filled with the mean as in
-the thesis. Bold lines are borders between levels, at which the intensity jumps (its section 6.1).
+the thesis. Lobes are the accumulated intensity, their radius its 0.35th power; negative intensity
+is blue. Bold lines are borders between levels, at which the intensity jumps (its section 6.1).
 """
 
 from __future__ import annotations
 
 import xarray as xr
 from matplotlib.figure import Figure
+from matplotlib.ticker import MultipleLocator
 
 from flatland.octree import most_levels
 from flatland.scene import load_scene
 from propagators import create
 from studies.figures.level_borders import draw_level_borders
-from studies.figures.octree_index import extent_of, octree_data
+from studies.figures.octree_index import octree_data
+from studies.figures.slices import extent_of
 from studies.figures.snapshots import draw_snapshot
 from studies.figures.workshop import Workshop
 from studies.running import Method
@@ -41,5 +44,8 @@ def draw(data: dict[str, xr.Dataset]) -> dict[str, Figure]:
     extent = extent_of(merged)
     draw_snapshot(axes, merged, "merged", extent)
     draw_level_borders(axes, merged["index"].values[0], extent)
-    axes.set_title(str(merged.attrs["title"]))
+    for axis, name in ((axes.xaxis, "x [m]"), (axes.yaxis, "y [m]")):
+        axis.set_major_locator(MultipleLocator(4))
+        axis.set_label_text(name)
+    axes.set_title(f"{merged.attrs['title']}: {STEPS} steps, merged")
     return {"": figure}

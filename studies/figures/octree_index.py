@@ -45,12 +45,4 @@ def draw_index(axes: Axes, index: Index, extent: Extent, size: float = 4) -> Non
         where = left + (x + 0.5) * wide, bottom + (y + 0.5) * high
         axes.text(*where, str(level), ha="center", va="center", fontsize=size)
     draw_level_borders(axes, index, extent)
-    axes.set_xticks([])
-    axes.set_yticks([])
-
-
-def extent_of(data: xr.Dataset) -> Extent:
-    """Left, right, bottom and top of the grid [m]."""
-    half = float(data.attrs["spacing"]) / 2
-    x, y = data["x"].values, data["y"].values
-    return float(x[0] - half), float(x[-1] + half), float(y[0] - half), float(y[-1] + half)
+    axes.tick_params(labelsize=5)
