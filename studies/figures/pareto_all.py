@@ -70,11 +70,11 @@ def _floors(axes: Axes, rows: xr.Dataset) -> None:
         floors = rows["floor"].values[(rows["bands"].values == bands) & _finest(rows)]
         if floors.size:
             axes.axhline(floors[0], color="#909090", linewidth=0.5, linestyle=(0, (1, 2)), zorder=0)
-            where = {"xy": (1.0, floors[0]), "xycoords": ("axes fraction", "data")}
             axes.annotate(
                 f"{bands} bands",
-                **where,
-                xytext=(-1, 1),
+                (1.0, floors[0]),
+                (-1, 1),
+                xycoords=("axes fraction", "data"),
                 textcoords="offset points",
                 ha="right",
                 fontsize=5,

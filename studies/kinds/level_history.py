@@ -9,7 +9,7 @@ from typing import Any, ClassVar
 import xarray as xr
 
 from flatland.octree import most_levels
-from propagators import Option, StencilPropagator
+from propagators import Option, Propagator, StencilPropagator
 from studies.kinds.base import (
     SCHEME_COLUMNS,
     Column,
@@ -69,7 +69,7 @@ class LevelHistory(Kind):
         "printed_relative": Column(float, "the thesis' e_rel as printed, of the octree"),
         "corrected_absolute": Column(float, "e_abs over the elements that there are"),
         "corrected_relative": Column(float, "e_rel over the elements that there are"),
-        "command": Column(str, "what computes the merged field again"),
+        "command": Column(str, "what computes `coefficients` again"),
     }
 
     def cases(self, point: Point) -> Iterable[Case]:
@@ -98,30 +98,33 @@ class LevelHistory(Kind):
         history = _history(case)
         for iteration in history["iteration"].values.tolist():
             moment = history.sel(iteration=iteration)
-            common = {"iterations": iteration, "command": _command(case, iteration)}
             for level in history["level"].values.tolist():
                 yield {
+                    "iterations": iteration,
                     "level": level,
                     **_numbers(moment.sel(level=level), _BOTH + _THESIS),
-                    **common,
+                    "command": _command(case, iteration, f".sel(level={level}).coefficients"),
                 }
-            merged = {"level": MERGED, "coefficients": float(moment["merged"])}
-            yield {**merged, **_numbers(moment, _WHOLE), **common}
+            yield {
+                "iterations": iteration,
+                "level": MERGED,
+                "coefficients": float(moment["merged"]),
+                **_numbers(moment, _WHOLE),
+                "command": _command(case, iteration, ".merged"),
+            }
 
 
 def _history(case: Case) -> xr.Dataset:
     assert case.scene is not None
     values, scheme = case.parameters, scheme_of(case.parameters)
     assert isinstance(scheme, StencilPropagator)
-    options: dict[str, Any] = {name: values[name] for name in OF_LEVELS if name != "blend"}
     return error_history(
         case.scene.load(),
         scheme,
         values["bands"],
         values["levels"],
         values["steps"],
-        blend=values["blend"] or None,
-        **options,
+        **_rules(values),
     )
 
 
@@ -130,9 +133,33 @@ def _numbers(data: xr.Dataset, names: tuple[str, ...]) -> Row:
     return {name: value for name, value in found.items() if not math.isnan(value)}
 
 
-def _command(case: Case, iterations: int) -> str:
-    from studies.kinds.commands import command_of
+def _command(case: Case, iteration: int, chosen: str) -> str:
+    """A Python command that computes the row's error of the coefficients again."""
+    assert case.scene is not None
+    values, scheme = case.parameters, scheme_of(case.parameters)
+    options = "".join(f", {name}={value!r}" for name, value in _changed(scheme))
+    rules = "".join(f", {name}={value!r}" for name, value in _rules(values).items())
+    made = f"refined(load_scene({case.scene.word!r}), {case.scene.resolution})"
+    sizes = f"{values['bands']}, {values['levels']}, {values['steps']}"
+    call = f"error_history({made}, create({scheme.name!r}{options}), {sizes}{rules})"
+    modules = "flatland.scene import load_scene, refined", "propagators import create"
+    imports = "; ".join(f"from {each}" for each in modules)
+    source = "from studies.level_errors import error_history"
+    return (
+        f'python -c "{imports}; {source}; print(float({call}.sel(iteration={iteration}){chosen}))"'
+    )
 
-    settings = {axis.name: axis.default for axis in AXES if axis.name != "resolution"}
-    parameters = {**settings, **case.parameters, "reference": False}
-    return command_of(Case(case.kind, parameters, case.scene), iterations)
+
+def _changed(scheme: Propagator) -> list[tuple[str, Any]]:
+    """Options that are not at their default."""
+    return [
+        (option.name, scheme.values[option.name])
+        for option in scheme.options
+        if scheme.values[option.name] != option.default
+    ]
+
+
+def _rules(values: Any) -> dict[str, Any]:
+    """Settings of the octree as arguments of `error_history`."""
+    rules = {name: values[name] for name in OF_LEVELS if name != "blend"}
+    return {**rules, "blend": values["blend"] or None}

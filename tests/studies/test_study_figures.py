@@ -127,6 +127,58 @@ def test_every_number_says_how_to_get_it(name, stored):
             assert all(parse_scene(scenes[digest]) for digest in data["scene_digest"].values)
 
 
+#: Figures of rows, and the columns that their curves show.
+CURVES = {
+    "bands": ("angular", "coefficients"),
+    "iterations": ("coefficients",),
+    "levels": ("coefficients",),
+    "octree-fig15": (
+        "printed_absolute",
+        "printed_relative",
+        "corrected_relative",
+        "coefficients",
+    ),
+    "resolution": ("coefficients",),
+    "drift": ("drift",),
+    "pareto": ("angular",),
+    "pareto-all": ("angular", "coefficients", "floor"),
+}
+
+
+@pytest.mark.parametrize("name", CURVES)
+def test_every_point_of_a_curve_is_a_number_of_a_row(name, stored):
+    data = stored(name)
+    known = {0.0}
+    for column in CURVES[name]:
+        known |= set(data["rows"][column].values.tolist())
+    with figure_style():
+        figures = module_of(name).draw(data)
+    axes = [each for figure in figures.values() for each in figure.axes]
+    shown = [y for each in axes for line in each.lines for y in line.get_ydata()]
+    assert shown
+    if name == "pareto-all":  # no error at all stands at the lower edge of its panel
+        edges = {each.get_ylim()[0] for each in axes}
+        shown = [y for y in shown if not any(y == pytest.approx(edge) for edge in edges)]
+    assert set(map(float, shown)) <= known
+
+
+def test_every_scheme_has_an_order_and_its_interval(tmp_path):
+    study = study_of(
+        {
+            "scenes": ["tiny", "two-walls"],
+            "propagators": ["lpv", "dom8", "beam:ordinates=16"],
+            "resolution": [1, 2, 3],
+            "converge": 1e-3,
+        }
+    )
+    rows = load_dataset(run_here(study, tmp_path).dataset)
+    orders = module_of("resolution").orders_of(rows)
+    coefficients = orders.isel(row=orders["measure"].values == "coefficients")
+    assert set(coefficients["scheme"].values) == set(rows["scheme"].values)
+    assert (coefficients["low"] < coefficients["order"]).all()
+    assert (coefficients["order"] < coefficients["high"]).all()
+
+
 def test_the_command_writes_pictures_and_data_and_draws_them_again(tmp_path, capsys):
     folder = tmp_path / "out"
     assert _run(["figure", "clpv-fig2", "-o", str(folder)]) == 0

@@ -142,3 +142,15 @@ def test_a_merged_octree_is_measured_against_the_exact_answer(tmp_path):
     errors = data["coefficients"].values.reshape(2, 2)
     assert errors[0, 0] != pytest.approx(errors[1, 0], rel=1e-3)
     assert errors[0, 1] == pytest.approx(errors[1, 1], rel=1e-9)  # level 0 has light everywhere
+
+
+def test_the_command_of_a_level_computes_it_again(tmp_path, capsys):
+    sweep = {"scenes": "level-jump", "propagators": "lpv:flux=central", "normalization": "mean"}
+    data = rows_of(tmp_path, kind="levels", **sweep, levels=3, steps=3, blend=1.0, resolution=3)
+    for level in (2, MERGED):
+        row = data.isel(row=int(np.flatnonzero(data["level"].values == level)[-1]))
+        program, _, code = shlex.split(str(row["command"].values))
+        assert program == "python"
+        exec(code, {})
+        printed = float(capsys.readouterr().out)
+        assert printed == pytest.approx(float(row["coefficients"]), rel=1e-12)
