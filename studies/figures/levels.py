@@ -1,8 +1,8 @@
 """Do an octree's levels agree with the uniform grid? Error of each level and of what is merged.
 
-From the study `levels`: against the converged uniform grid, downsampled to each level, after every
-iteration. Left: levels filled with the mean of their children (the octree thesis), right: with the
-flux, 2^i times as much.
+From the study `levels`, scene `shelf`: against the converged uniform grid, downsampled to each
+level, after every iteration. Left: levels filled with the mean of their children (the octree
+thesis), right: with the flux, 2^i times as much.
 """
 
 from __future__ import annotations
@@ -19,16 +19,17 @@ from studies.kinds.level_history import MERGED
 from studies.style import COLUMN, Style, line_of
 
 PARTS = ("rows",)
+SCENE = "shelf"
 _DASHES: tuple[Any, ...] = ("-", (0, (5, 1.5)), (0, (2, 1)), (0, (1, 1.4)), (0, (5, 1, 1, 1)))
 _WIDE: Style = {"color": "black", "linewidth": 1.4}
 
 
 def compute(workshop: Workshop) -> dict[str, xr.Dataset]:
-    """The largest scene of the study that has all of its schemes."""
-    rows = good_rows(workshop.study("levels"), kind="levels")
-    plain = rows.isel(row=rows["options"].values == "") if "options" in rows else rows
-    largest = plain.isel(row=plain["cells"].values == plain["cells"].values.max())
-    return {"rows": largest.isel(row=largest["scene"].values == largest["scene"].values[0])}
+    """One scene of the study, schemes with their defaults."""
+    rows = good_rows(workshop.study("levels"), kind="levels", options="")
+    scenes = present(rows, "scene")
+    chosen = SCENE if SCENE in scenes else scenes[0]
+    return {"rows": rows.isel(row=rows["scene"].values == chosen)}
 
 
 def draw(data: dict[str, xr.Dataset]) -> dict[str, Figure]:

@@ -27,7 +27,7 @@ _PANELS = {
     "printed_absolute": "$e_{abs}$ as printed [W/rad]",
     "printed_relative": "$e_{rel}$ as printed",
     "corrected_relative": "$e_{rel}$, counted right",
-    "coefficients": "merged against uniform",
+    "coefficients": "merged, true error",
 }
 _STYLES: tuple[Any, ...] = (("#d55e00", "-"), ("#0072b2", (0, (4, 1.5))), ("#009e73", (0, (1, 1))))
 
@@ -48,7 +48,7 @@ def draw(data: dict[str, xr.Dataset]) -> dict[str, Figure]:
     for axes, (column, label) in zip(grid.flat, _PANELS.items()):
         for (scheme, normalization), style in zip(ways, _STYLES):
             _curve(axes, rows, scheme, normalization, column, style)
-        axes.set_ylabel(label)
+        axes.set_ylabel(label, fontsize=6)
         axes.set_ylim(bottom=0)
     figure.supxlabel("iterations", fontsize=7)
     entries = [
