@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import xarray as xr
 from matplotlib.figure import Figure
-from matplotlib.ticker import MultipleLocator
 
 from flatland.octree import most_levels
 from flatland.scene import load_scene
@@ -17,7 +16,7 @@ from propagators import create
 from studies.figures.level_borders import draw_level_borders
 from studies.figures.octree_index import octree_data
 from studies.figures.slices import extent_of
-from studies.figures.snapshots import draw_snapshot
+from studies.figures.snapshots import draw_snapshot, name_axes
 from studies.figures.workshop import Workshop
 from studies.running import Method
 from studies.style import COLUMN
@@ -44,8 +43,6 @@ def draw(data: dict[str, xr.Dataset]) -> dict[str, Figure]:
     extent = extent_of(merged)
     draw_snapshot(axes, merged, "merged", extent)
     draw_level_borders(axes, merged["index"].values[0], extent)
-    for axis, name in ((axes.xaxis, "x [m]"), (axes.yaxis, "y [m]")):
-        axis.set_major_locator(MultipleLocator(4))
-        axis.set_label_text(name)
+    name_axes(figure)
     axes.set_title(f"{merged.attrs['title']}: {STEPS} steps, merged")
     return {"": figure}
