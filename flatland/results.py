@@ -93,7 +93,9 @@ def save_dataset(data: xr.Dataset, path: str | os.PathLike[str]) -> Path:
 
     Raises ResultFileError naming the file and the reason.
     """
-    return write_atomically(path, lambda place: data.to_netcdf(place, engine="h5netcdf"))
+    # Made in memory: HDF5 crashes the process that closes a file on a full disk.
+    content = data.to_netcdf(None, engine="h5netcdf")
+    return write_atomically(path, lambda place: place.write_bytes(content))
 
 
 def load_dataset(path: str | os.PathLike[str]) -> xr.Dataset:

@@ -32,6 +32,12 @@ LINES = {
     "lpv-2009": Line("#cc79a7", (0, (4, 1, 1, 1)), curve=(0, (1.2, 1.2)), marker="v"),
     "dom6": Line("#0072b2", (0, (3, 1)), curve=(0, (4, 1.5)), marker="D"),
     "dom26": Line("#009e73", width=0.5, curve=(0, (4, 1.2, 1, 1.2)), marker="P"),
+    "beam": Line("#000000", (0, (2, 1)), curve=(0, (6, 1)), marker="X"),
+    "sn": Line("#56b4e9", (0, (4, 1)), curve=(0, (2, 1)), marker="D"),
+    "radiance-cascades": Line("#e69f00", "-.", curve="-.", marker="P"),
+    "holographic-rc": Line("#cc79a7", (0, (1, 1)), curve=(0, (1, 1.5)), marker="<"),
+    "light-propagation-maps": Line("#5d3a9b", (0, (5, 1)), curve=(0, (5, 2)), marker=">"),
+    "modified-dom": Line("#994f00", (0, (3, 1, 1, 1)), curve=(0, (3, 1, 1, 1, 1, 1)), marker="h"),
 }
 _SPARE = (
     Line("#e69f00", "-.", curve="-.", marker="X"),

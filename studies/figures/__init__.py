@@ -35,11 +35,36 @@ FIGURES = {
         "studies.figures.octree_fig3",
         "one lit cell, four iterations and their sum (octree thesis, figure 3)",
     ),
+    "octree-fig7": (
+        "studies.figures.octree_fig7",
+        "the index volume, three levels and what is sampled from them (octree thesis, figure 7)",
+    ),
+    "octree-fig9": (
+        "studies.figures.octree_fig9",
+        "two lit walls, all levels merged (octree thesis, figure 9)",
+    ),
+    "octree-fig14": (
+        "studies.figures.octree_fig14",
+        "intensity jumps where levels meet (octree thesis, figure 14)",
+    ),
+    "octree-fig15": (
+        "studies.figures.octree_fig15",
+        "the thesis' errors after each iteration, and against the uniform grid (figure 15)",
+    ),
     "octree-fig16": (
         "studies.figures.octree_fig16",
         "light that turns back behind a directed source (octree thesis, figure 16)",
     ),
+    "octree-fig17": (
+        "studies.figures.octree_fig17",
+        "the index volume's jump beside a light, and its remedy (octree thesis, figure 17)",
+    ),
+    "octree-table1": (
+        "studies.figures.octree_table1",
+        "time of each part of a frame, octree against uniform grid (octree thesis, table 1)",
+    ),
     "bands": ("studies.figures.bands", "error by number of bands, over its floor, scene by scene"),
+    "levels": ("studies.figures.levels", "error by octree level and iteration"),
     "iterations": (
         "studies.figures.iterations",
         "error by number of iterations, with 2 N and the converged field",
@@ -53,7 +78,14 @@ FIGURES = {
         "studies.figures.dispersion",
         "what a step leaves of a wave, and what a source of that wave leaves",
     ),
-    "pareto": ("studies.figures.pareto", "run time against error, with the front"),
+    "pareto": (
+        "studies.figures.pareto",
+        "run time against error of the schemes that step, with the front",
+    ),
+    "pareto-all": (
+        "studies.figures.pareto_all",
+        "run time against error of every propagator, scene by scene",
+    ),
     "drift": ("studies.figures.drift", "energy made or lost by schemes and options"),
     "blocking": ("studies.figures.blocking", "leak through walls by strength of fuzzy blocking"),
     "ray-effects": (

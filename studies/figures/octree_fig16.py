@@ -15,7 +15,7 @@ from flatland.field import Field
 from flatland.scene import load_scene
 from propagators import create
 from studies.figures.octree_fig3 import SCENE, window_of, without_walls
-from studies.figures.snapshots import draw_snapshot, snapshot_data
+from studies.figures.snapshots import draw_snapshot, name_axes, snapshot_data
 from studies.figures.workshop import Workshop
 from studies.running import Method
 from studies.style import COLUMN
@@ -45,9 +45,10 @@ def compute(workshop: Workshop) -> dict[str, xr.Dataset]:
 def draw(data: dict[str, xr.Dataset]) -> dict[str, Figure]:
     snapshots = without_walls(data["snapshots"])
     names = [str(name) for name in snapshots["snapshot"].values]
-    figure = Figure(figsize=(COLUMN, 0.38 * COLUMN), layout="constrained")
-    for axes, name in zip(figure.subplots(1, len(names)), names):
+    figure = Figure(figsize=(COLUMN, 0.42 * COLUMN), layout="constrained")
+    name_axes(figure)
+    for axes, name in zip(figure.subplots(1, len(names), sharey=True), names):
         draw_snapshot(axes, snapshots, name, window_of(snapshots, REACH))
         share = float(snapshots["behind"].sel(snapshot=name))
-        axes.set_title(f"{name} steps: {100 * share:.1f} % behind")
+        axes.set_title(f"{name} steps: {100 * share:.1f} % behind", fontsize=6)
     return {"": figure}

@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from flatland.field import Field
 from flatland.scene import load_scene, parse_scene
 from propagators import create
-from studies.figures.snapshots import draw_snapshot, snapshot_data
+from studies.figures.snapshots import draw_snapshot, name_axes, snapshot_data
 from studies.figures.workshop import Workshop
 from studies.running import Method
 from studies.style import COLUMN
@@ -40,7 +40,10 @@ def compute(workshop: Workshop) -> dict[str, xr.Dataset]:
 def draw(data: dict[str, xr.Dataset]) -> dict[str, Figure]:
     snapshots = without_walls(data["snapshots"])
     figure = Figure(figsize=(COLUMN, 0.78 * COLUMN), layout="constrained")
-    for axes, name in zip(figure.subplots(2, 3).flat, snapshots["snapshot"].values):
+    name_axes(figure)
+    for axes, name in zip(
+        figure.subplots(2, 3, sharex=True, sharey=True).flat, snapshots["snapshot"].values
+    ):
         draw_snapshot(axes, snapshots, str(name), window_of(snapshots, REACH))
         axes.set_title(f"$S_{{{str(name)[1:]}}}$")
     return {"": figure}

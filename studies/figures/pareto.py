@@ -1,9 +1,10 @@
-"""What does accuracy cost? Run time against error of every timed run.
+"""What does accuracy cost a scheme that steps? Run time against error of every timed run.
 
-From the study `pareto`: one thread, one case at a time, the median of repeats after a run that is
-not counted; set-up (stencil, blocking) does not count. Filled: float64, open: float32. Circled:
-converged by `solve`; the others were stepped. The line is the front, runs that no other beats in
-both; all others are drawn pale. Each grid is compared with the exact answer on itself.
+From the study `pareto`, its first two scenes, LPV and DOM and the exact answer: one thread, one
+case at a time, the median of repeats after a run that is not counted; set-up (stencil, blocking)
+does not count. Filled: float64, open: float32. Circled: converged by `solve`; the others were
+stepped. Thin diamonds: octrees. The line is the front, runs that no other beats in both; all
+others are drawn pale. Each grid is compared with the exact answer on itself.
 """
 
 from __future__ import annotations
@@ -20,19 +21,33 @@ from studies.figures.workshop import Workshop, good_rows
 from studies.style import COLUMN, Style, line_of
 
 PARTS = ("rows", "decades")
+_SCENES = 2
+_OCTREE = "d"
 
 
 def compute(workshop: Workshop) -> dict[str, xr.Dataset]:
     """Timed rows, each with whether it is on the front of its scene."""
+    rows = timed_rows(workshop)
+    stepped = (rows["stop"].values != "direct") | (rows["propagator"].values == "analytic")
+    rows = rows.isel(row=stepped & rows["scene"].isin(present(rows, "scene")[:_SCENES]).values)
+    marked = with_front(rows)
+    return {"rows": marked, "decades": best_per_decade(marked)}
+
+
+def timed_rows(workshop: Workshop) -> xr.Dataset:
+    """Rows of the study `pareto` that are done and timed."""
     rows = good_rows(workshop.study("pareto"))
-    rows = rows.isel(row=np.isfinite(rows["angular"].values) & (rows["repeats"].values > 0))
+    return rows.isel(row=np.isfinite(rows["angular"].values) & (rows["repeats"].values > 0))
+
+
+def with_front(rows: xr.Dataset) -> xr.Dataset:
+    """The rows with a column `front`."""
     on_front = np.zeros(rows.sizes["row"], bool)
     for scene in present(rows, "scene"):
         own = np.flatnonzero(rows["scene"].values == scene)
         on_front[own] = front(rows["seconds"].values[own], rows["angular"].values[own])
     meaning = "no other run on the scene is both faster and closer over all directions"
-    marked = rows.assign(front=("row", on_front, {"long_name": meaning}))
-    return {"rows": marked, "decades": best_per_decade(marked)}
+    return rows.assign(front=("row", on_front, {"long_name": meaning}))
 
 
 def best_per_decade(rows: xr.Dataset) -> xr.Dataset:
@@ -85,7 +100,8 @@ def _draw(axes: Axes, rows: xr.Dataset) -> None:
 def _point(axes: Axes, row: xr.Dataset) -> None:
     line, good = line_of(str(row["propagator"].values)), bool(row["front"])
     hollow = str(row["precision"].values) == "float32"
-    style: Style = {"marker": line.marker, "color": line.colour, "alpha": 1.0 if good else 0.3}
+    marker = _OCTREE if int(row["levels"]) > 1 else line.marker
+    style: Style = {"marker": marker, "color": line.colour, "alpha": 1.0 if good else 0.3}
     face = "white" if hollow else line.colour
     where = [float(row["seconds"])], [float(row["angular"])]
     size: Style = {
@@ -113,9 +129,11 @@ def _entries(rows: xr.Dataset) -> list[Line2D]:
         found.append(Line2D([], [], markersize=4, label=shown, **marks))
     ring: Style = {"marker": "o", "markersize": 6, "markerfacecolor": "none", "linestyle": ""}
     plain: Style = {"marker": "s", "markersize": 4, "linestyle": "", "color": "black"}
+    octree: Style = {**plain, "marker": _OCTREE}
     return [
         *found,
         Line2D([], [], color="black", markeredgewidth=0.5, label="converged", **ring),
         Line2D([], [], markerfacecolor="white", label="float32", **plain),
+        *([Line2D([], [], label="octree", **octree)] if rows["levels"].values.max() > 1 else []),
         Line2D([], [], color="black", linewidth=0.6, label="front"),
     ]

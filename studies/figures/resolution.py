@@ -1,11 +1,14 @@
 """Do finer grids help? Error by cell size, and the order p of error = C hᵖ.
 
 From the study `resolution`: converged fields, exact blocking, each grid against the exact answer
-on itself. Orders are fitted over all scenes with 95 % confidence (`studies.orders`); 0 is no
-convergence, below 0 refinement makes things worse.
+on itself; the schemes that step, and in a figure of their own those that do not. Orders are fitted
+over all scenes with 95 % confidence (`studies.orders`); 0 is no convergence, below 0 refinement
+makes things worse.
 """
 
 from __future__ import annotations
+
+from collections.abc import Sequence
 
 import numpy as np
 import xarray as xr
@@ -27,13 +30,22 @@ PARTS = ("rows", "orders")
 
 def compute(workshop: Workshop) -> dict[str, xr.Dataset]:
     rows = good_rows(workshop.study("resolution"))
-    return {"rows": rows, "orders": _orders(rows)}
+    return {"rows": rows, "orders": orders_of(rows)}
 
 
 def draw(data: dict[str, xr.Dataset]) -> dict[str, Figure]:
     rows, orders = data["rows"], data["orders"]
-    most = int(rows["bands"].max())
-    own = rows.isel(row=rows["bands"].values == most)
+    rows = rows.isel(row=rows["bands"].values == rows["bands"].values.max())
+    steps = rows["stop"].values != "direct"
+    found = {"": _draw(rows.isel(row=steps), orders, (0.3, 0.5, 0.7, 1.0, 1.5))}
+    if not steps.all():
+        found["direct"] = _draw(rows.isel(row=~steps), orders, (0.001, 0.01, 0.1, 1.0))
+    return found
+
+
+def _draw(own: xr.Dataset, orders: xr.Dataset, ticks: Sequence[float]) -> Figure:
+    """One panel per scene."""
+    most = int(own["bands"].max())
     scenes = present(own, "scene")
     figure, grid = panels(len(scenes), sharey=True)
     for axes, scene in zip(grid, scenes):
@@ -41,7 +53,7 @@ def draw(data: dict[str, xr.Dataset]) -> dict[str, Figure]:
         draw_curves(axes, here, "cells", "coefficients")
         sizes = sorted(set(here["cells"].values.tolist()))
         plain_log(axes, sizes[:: max(1, len(sizes) // 3)], "x")
-        plain_log(axes, [0.3, 0.5, 0.7, 1.0, 1.5], "y")
+        plain_log(axes, ticks, "y")
         axes.set_title(scene)
     figure.supxlabel("cells along the longest side", fontsize=7)
     figure.supylabel(f"error of the coefficients, relative L2, {most} bands", fontsize=7)
@@ -49,10 +61,10 @@ def draw(data: dict[str, xr.Dataset]) -> dict[str, Figure]:
     for entry, name in zip(entries, present(own, "scheme")):
         entry.set_label(f"{entry.get_label()}: p = {_shown(orders, str(name), most)}")
     legend_above(figure, entries, 1)
-    return {"": figure}
+    return figure
 
 
-def _orders(rows: xr.Dataset) -> xr.Dataset:
+def orders_of(rows: xr.Dataset) -> xr.Dataset:
     """Orders of two measures by scheme and bands, as rows."""
     found = {
         (measure, scheme, bands): order

@@ -12,6 +12,7 @@ from matplotlib.axes import Axes
 from matplotlib.collections import PolyCollection
 from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
 from flatland.field import Field
@@ -96,6 +97,12 @@ def draw_flux(axes: Axes, data: xr.Dataset, name: str, top: float) -> Any:
     return image
 
 
+def name_axes(figure: Figure) -> None:
+    """Names of the axes, once for all panels."""
+    figure.supxlabel("x [m]", fontsize=6)
+    figure.supylabel("y [m]", fontsize=6)
+
+
 def flux_bar(figure: Figure, grid: NDArray[Any], image: Any) -> None:
     """One bar below all maps, and names of axes beside the outer ones."""
     for row in grid:
@@ -109,8 +116,9 @@ def flux_bar(figure: Figure, grid: NDArray[Any], image: Any) -> None:
 def _crop(axes: Axes, window: Sequence[float]) -> None:
     left, right, bottom, top = window
     axes.set(xlim=(left, right), ylim=(bottom, top), xlabel="", ylabel="")
-    axes.set_xticks([])
-    axes.set_yticks([])
+    for axis in (axes.xaxis, axes.yaxis):
+        axis.set_major_locator(MaxNLocator(4, integer=True))
+    axes.tick_params(labelsize=5)
 
 
 def _outlines(radii: Array, angles: Array, centres: Array) -> list[Array]:

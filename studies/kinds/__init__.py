@@ -14,6 +14,7 @@ KINDS = {
     "radius": "studies.kinds.radius:Radius",
     "waves": "studies.kinds.waves:Waves",
     "growth": "studies.kinds.growth:Growth",
+    "levels": "studies.kinds.level_history:LevelHistory",
 }
 
 

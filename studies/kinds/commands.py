@@ -7,7 +7,7 @@ from typing import Any
 
 from propagators import Propagator, StencilPropagator
 from studies.kinds.base import scheme_of
-from studies.kinds.stopping import AXES
+from studies.kinds.stopping import AXES, OF_LEVELS
 from studies.sweeps.case import Case
 
 
@@ -33,6 +33,11 @@ def _stencil_words(values: Any, iterations: int | None) -> list[Any]:
         value = values.get(axis.name)
         if axis.name in ("precision", "blocking", "strength") and value != axis.default:
             words += [f"--{axis.name}", value]
+    if values["levels"] > 1:
+        words += ["--levels", values["levels"]]
+        for axis in AXES:
+            if axis.name in OF_LEVELS and values[axis.name] != axis.default:
+                words += [f"--{axis.name}", values[axis.name]]
     words += [] if values["bounces"] else ["--no-bounces"]
     return words + (["--lights-block"] if values["lights_block"] else [])
 

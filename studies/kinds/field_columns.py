@@ -18,6 +18,12 @@ COLUMNS: dict[str, Column] = {
     "strength": Column(float, "factor on fuzzy blocking"),
     "bounces": Column(bool, "whether walls send light back"),
     "lights_block": Column(bool, "whether area lights are walls for other light"),
+    "levels": Column(int, "levels of an octree; 1: the uniform grid"),
+    "normalization": Column(str, "what levels are filled with"),
+    "falloff": Column(str, "light fades per cell of a level, or per metre"),
+    "index": Column(str, "which level a place is read from"),
+    "patience": Column(float, "steps until a level is read, over those of first light"),
+    "blend": Column(float, "cells over which levels fade into each other"),
     "stop": Column(str, "steps, converged or direct"),
     "iterations": Column(int, "steps done"),
     "heuristic": Column(bool, "whether that is the paper's 2 N"),
@@ -41,7 +47,9 @@ COLUMNS: dict[str, Column] = {
             "closure",
         )
     },
-    "seconds": Column(float, "stepping or solving; the median if timed", "s"),
+    "seconds": Column(
+        float, "filling levels, stepping or solving, and merging; the median if timed", "s"
+    ),
     "seconds_low": Column(float, "lower quartile of the timed runs", "s"),
     "seconds_high": Column(float, "upper quartile of the timed runs", "s"),
     "repeats": Column(int, "timed runs; 0: one run, with others beside it"),

@@ -12,6 +12,7 @@ from flatland.errors import FlatlandError
 from flatland.field import Field
 from flatland.ledger import Ledger
 from flatland.simulation import Simulation
+from flatland.solvers import SolveReport
 from propagators import StencilPropagator
 from studies.comparison import measure
 from studies.kinds.base import (
@@ -24,7 +25,7 @@ from studies.kinds.base import (
 )
 from studies.kinds.commands import command_of
 from studies.kinds.field_columns import COLUMNS
-from studies.kinds.stopping import AXES, stops_of, without_effects
+from studies.kinds.stopping import AXES, OF_LEVELS, stops_of, without_effects
 from studies.kinds.timing import Stopwatch, Timing
 from studies.metrics import band_errors
 from studies.running import Method
@@ -69,7 +70,8 @@ class FieldErrors(Kind):
     def describe(self, case: Case) -> Row:
         assert case.scene is not None
         parameters, grid = case.parameters, case.scene.load().grid
-        kept = ("precision", "blocking", "strength", "bounces", "lights_block")
+        walls = ("blocking", "strength", "bounces", "lights_block")
+        kept = ("precision", *walls, "levels", *OF_LEVELS)
         return {
             "scene": case.scene.name,
             "scene_digest": case.scene.digest[:12],
@@ -108,6 +110,9 @@ def method_of(case: Case) -> Method:
         values["strength"],
         values["bounces"],
         values["lights_block"],
+        levels=values["levels"],
+        blend=values["blend"] or None,
+        **{name: values[name] for name in OF_LEVELS if name != "blend"},
     )
 
 
@@ -150,8 +155,8 @@ def _direct(case: Case, method: Method, meter: _Meter) -> Row:
     assert case.scene is not None
     scene, watch = case.scene.load(), Stopwatch(case.parameters["repeats"])
     answer, timing = watch.measure(lambda: method.propagator.answer(scene, method.bands))
-    row, command = meter.row(answer.field, answer.ledger), command_of(case)
-    return {"stop": "direct", **row, **timing.as_row(), "command": command}
+    row = meter.row(answer.field, answer.ledger)
+    return {"stop": "direct", **row, **timing.as_row(), "command": command_of(case)}
 
 
 def _converged(case: Case, method: Method, meter: _Meter) -> Row:
@@ -159,14 +164,20 @@ def _converged(case: Case, method: Method, meter: _Meter) -> Row:
     watch = Stopwatch(case.parameters["repeats"])
     assert method.converge is not None
     tolerance = method.converge
-    report, timing = watch.measure(lambda: simulation.solve(tolerance))
+
+    def solve() -> SolveReport:
+        solved = simulation.solve(tolerance)
+        _merged(simulation, method)
+        return solved
+
+    report, timing = watch.measure(solve)
     return {
         "stop": "converged",
         "converge": tolerance,
         "residual": report.residual,
         "solver": report.method,
         "applications": report.applications,
-        **meter.row(simulation.accumulated, simulation.ledger),
+        **meter.row(_merged(simulation, method), simulation.ledger),
         **timing.as_row(),
         "setup_seconds": setup,
         "command": command_of(case),
@@ -176,12 +187,12 @@ def _converged(case: Case, method: Method, meter: _Meter) -> Row:
 def _stepped(case: Case, method: Method, meter: _Meter) -> Iterator[Row]:
     simulation, setup = _simulation(case, method)
     stops = case.parameters["iterations"]
-    for stop, timing in _timed_stops(simulation, stops, case.parameters["repeats"]):
+    for stop, timing in _timed_stops(simulation, method, stops, case.parameters["repeats"]):
         yield {
             "stop": "steps",
             "iterations": stop,
             "heuristic": stop == 2 * max(simulation.scene.grid.shape),
-            **meter.row(simulation.accumulated, simulation.ledger),
+            **meter.row(_merged(simulation, method), simulation.ledger),
             **timing.as_row(),
             "setup_seconds": setup,
             "command": command_of(case, stop),
@@ -189,35 +200,59 @@ def _stepped(case: Case, method: Method, meter: _Meter) -> Iterator[Row]:
 
 
 def _timed_stops(
-    simulation: Simulation, stops: list[int], repeats: int
+    simulation: Simulation, method: Method, stops: list[int], repeats: int
 ) -> Iterator[tuple[int, Timing]]:
     """The stops of one run, each with the time from the start to it; measuring does not count.
 
     Timed runs come first, and the last run is the one that is looked at.
     """
-    laps = [_laps(simulation, stops) for _ in range(repeats + 1)] if repeats else []
-    simulation.inject()
-    spent = 0.0
+    laps = [_laps(simulation, method, stops) for _ in range(repeats + 1)] if repeats else []
+    spent = _filled(simulation, method)
     for place, stop in enumerate(stops):
         begin = time.perf_counter()
         simulation.run(stop - simulation.iteration)
-        spent += time.perf_counter() - begin
+        merging = _merge_seconds(simulation, method)
+        spent += time.perf_counter() - begin - merging
         times = [lap[place] for lap in laps]
-        yield stop, Timing.of(times[1:], times[0]) if times else Timing.of([spent])
+        yield stop, Timing.of(times[1:], times[0]) if times else Timing.of([spent + merging])
 
 
-def _laps(simulation: Simulation, stops: list[int]) -> list[float]:
-    """Seconds from the start to each stop."""
-    simulation.inject()
-    begin, laps = time.perf_counter(), []
+def _laps(simulation: Simulation, method: Method, stops: list[int]) -> list[float]:
+    """Seconds from the start to each stop, with one merge there."""
+    spent, laps = _filled(simulation, method), []
     for stop in stops:
+        begin = time.perf_counter()
         simulation.run(stop - simulation.iteration)
-        laps.append(time.perf_counter() - begin)
+        spent += time.perf_counter() - begin
+        laps.append(spent + _merge_seconds(simulation, method))
     return laps
+
+
+def _filled(simulation: Simulation, method: Method) -> float:
+    """Put the lights in, into all levels; gives the seconds of what only an octree does."""
+    simulation.start()
+    if method.levels == 1:
+        return 0.0
+    simulation.inject()
+    begin = time.perf_counter()
+    simulation.downsample()
+    return time.perf_counter() - begin
+
+
+def _merge_seconds(simulation: Simulation, method: Method) -> float:
+    begin = time.perf_counter()
+    _merged(simulation, method)
+    return time.perf_counter() - begin
+
+
+def _merged(simulation: Simulation, method: Method) -> Field:
+    """What is looked at: the accumulated light, of an octree that of all levels as one field."""
+    return simulation.accumulated if method.levels == 1 else simulation.merge(method.blend)
 
 
 def _simulation(case: Case, method: Method) -> tuple[Simulation, float]:
     assert case.scene is not None
     begin = time.perf_counter()
     simulation = method.simulation(case.scene.load())
+    simulation.octree.prepare()
     return simulation, time.perf_counter() - begin

@@ -7,10 +7,15 @@ from typing import Any
 
 from flatland.errors import bad_input
 from flatland.occlusion import BLOCKING
+from flatland.octree.falloff import FALLOFFS
+from flatland.octree.index import INDEX_STRATEGIES
+from flatland.octree.rules import NORMALIZATIONS
 from flatland.simulation import PRECISIONS
 from propagators import Option, StencilPropagator
 from studies.kinds.base import Point
 
+#: Settings of an octree beside its number of levels.
+OF_LEVELS = ("normalization", "falloff", "index", "patience", "blend")
 #: Iterations without any given: twice the longest side (Kaplanyan & Dachsbacher 2010, 3.3).
 HEURISTIC = "2N"
 
@@ -22,6 +27,12 @@ AXES = (
     Option("strength", float, 1.0, "factor on fuzzy blocking", minimum=0.0),
     Option("bounces", bool, True, "whether walls send light back"),
     Option("lights_block", bool, False, "whether area lights are walls for other light"),
+    Option("levels", int, 1, "levels of an octree; 1: the uniform grid", minimum=1),
+    Option("normalization", str, "flux", "what levels are filled with", NORMALIZATIONS),
+    Option("falloff", str, "cells", "light fades per cell of a level, or per metre", FALLOFFS),
+    Option("index", str, "finest", "which level a place is read from", INDEX_STRATEGIES),
+    Option("patience", float, 1.0, "steps until a level is read, over first light's", minimum=1.0),
+    Option("blend", float, 0.0, "cells over which levels fade into each other", minimum=0.0),
     Option("converge", float, 0.0, "relative residual of the converged field; 0: not wanted"),
     Option("reference", bool, True, "whether to measure against the exact answer"),
     Option("repeats", int, 0, "how often to time the run; 0: once, beside others", minimum=0),
@@ -61,11 +72,11 @@ def without_effects(parameters: dict[str, Any], point: Point) -> dict[str, Any]:
     assert point.scene is not None
     plain = {axis.name: axis.default for axis in AXES}
     walls = ("blocking", "strength", "bounces", "lights_block")
-    idle: tuple[str, ...] = ()
+    idle: tuple[str, ...] = () if parameters["levels"] > 1 else OF_LEVELS
     if not isinstance(point.propagator, StencilPropagator):
-        idle = ("precision", *walls)
+        idle = ("precision", "levels", *OF_LEVELS, *walls)
     elif not point.scene.tables.get("occluder") and not parameters["lights_block"]:
-        idle = walls
+        idle += walls
     elif parameters["blocking"] != "fuzzy":
-        idle = ("strength",)
+        idle += ("strength",)
     return {**parameters, **{name: plain[name] for name in idle}}

@@ -19,6 +19,9 @@ SCHEMA = 1
 MEASURING = (
     "comparison.py",
     "kinds",
+    "level_errors.py",
+    "level_jumps.py",
+    "level_payoff.py",
     "metrics.py",
     "reference.py",
     "running.py",

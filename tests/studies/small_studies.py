@@ -33,6 +33,19 @@ SMALL = {
     "steps": 20,
     "converge": 1e-3,
     "repeats": 1,
+    "levels": 2,
+    "patience": 1.0,
+}
+#: Sweeps of schemes that do not step, whose options say how fine they are.
+DIRECT = {
+    "pareto": (
+        {
+            "scenes": "tiny",
+            "propagators": ["analytic", "beam:ordinates=16", "sn:ordinates=16", "modified-dom"],
+            "bands": [1, 2],
+            "repeats": 1,
+        },
+    )
 }
 
 
@@ -41,7 +54,8 @@ def small(name):
     study = load_study(name)
     known = {key for table in study.sweeps for key in table}
     changed = study.with_values({key: value for key, value in SMALL.items() if key in known})
-    return Study(name, study.title, changed.sweeps, {"tiny": TINY})
+    sweeps = (*changed.sweeps, *DIRECT.get(name, ()))
+    return Study(name, study.title, sweeps, {"tiny": TINY})
 
 
 def study_of(*sweeps, **scenes):
@@ -83,5 +97,15 @@ def small_dataset(name):
     return outcome.dataset
 
 
-NAMES = ("bands", "blocking", "energy", "growth", "iterations", "pareto", "resolution", "stability")
+NAMES = (
+    "bands",
+    "blocking",
+    "energy",
+    "growth",
+    "iterations",
+    "levels",
+    "pareto",
+    "resolution",
+    "stability",
+)
 every_builtin_study = pytest.mark.parametrize("name", NAMES)

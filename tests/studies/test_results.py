@@ -6,6 +6,7 @@ import json
 
 import numpy as np
 import pytest
+import xarray as xr
 
 import propagators
 from flatland import Scene, Simulation
@@ -48,6 +49,23 @@ def test_the_stored_method_computes_the_same_again(tmp_path, scene):
     )
     again.run(method["iterations"])
     np.testing.assert_array_equal(again.accumulated.values, run.accumulated.values)
+
+
+def test_a_disk_that_is_full_ends_a_write_with_a_message(tmp_path, capfd):
+    """A true refusal of the system, at any place in the file: no noise, no crash, no half file."""
+    resource = pytest.importorskip("resource")
+    data = xr.Dataset({"a": ("x", np.arange(1000.0)), "b": ("x", np.array(["text"] * 1000))})
+    size = save_dataset(data, tmp_path / "whole.nc").stat().st_size
+    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+    for limit in (0, 100, 4096, size - 1):
+        try:
+            resource.setrlimit(resource.RLIMIT_FSIZE, (limit, hard))
+            with pytest.raises(ResultFileError, match=r"a\.nc: cannot be written: File too large"):
+                save_dataset(data, tmp_path / "a.nc")
+        finally:
+            resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+    assert [path.name for path in tmp_path.iterdir()] == ["whole.nc"]
+    assert capfd.readouterr() == ("", "")
 
 
 def test_a_failed_write_keeps_the_old_file_and_leaves_no_other(tmp_path):

@@ -34,6 +34,8 @@ def stored(tmp_path_factory):
     folder = tmp_path_factory.mktemp("figures")
     workshop, known = SmallWorkshop(), {}
     module_of("clpv-fig5").BANDS = (2,)  # 8 bands take seconds to compile
+    module_of("octree-table1").SCENE = "clutter:size=16,occluders=3"
+    module_of("octree-table1").REPEATS = 1
 
     def of(name):
         if name not in known:
@@ -52,12 +54,13 @@ def module_of(name):
 
 
 def test_the_figures_of_the_papers_and_ours_are_there():
-    ours = (
-        "bands iterations resolution stability dispersion pareto drift blocking "
-        "ray-effects false-scattering penumbra medium-moments"
-    )
-    papers = "clpv-fig2 clpv-fig5 clpv-fig11 clpv-fig12 octree-fig2 octree-fig3 octree-fig16"
-    assert {*ours.split(), *papers.split()} <= set(FIGURES)
+    ours = "bands iterations resolution stability dispersion pareto drift blocking"
+    accurate = "ray-effects false-scattering penumbra medium-moments"
+    clpv = "clpv-fig2 clpv-fig5 clpv-fig11 clpv-fig12"
+    octree = "octree-fig2 octree-fig3 octree-fig7 octree-fig9 octree-fig14 octree-fig15"
+    more = "octree-fig16 octree-fig17 octree-table1 levels pareto-all"
+    named = f"{ours} {clpv} {octree} {more} {accurate}"
+    assert set(named.split()) <= set(FIGURES)
 
 
 @every_figure
@@ -123,6 +126,58 @@ def test_every_number_says_how_to_get_it(name, stored):
         if "scene_digest" in data:
             scenes = json.loads(data.attrs["scenes"])
             assert all(parse_scene(scenes[digest]) for digest in data["scene_digest"].values)
+
+
+#: Figures of rows, and the columns that their curves show.
+CURVES = {
+    "bands": ("angular", "coefficients"),
+    "iterations": ("coefficients",),
+    "levels": ("coefficients",),
+    "octree-fig15": (
+        "printed_absolute",
+        "printed_relative",
+        "corrected_relative",
+        "coefficients",
+    ),
+    "resolution": ("coefficients",),
+    "drift": ("drift",),
+    "pareto": ("angular",),
+    "pareto-all": ("angular", "coefficients", "floor"),
+}
+
+
+@pytest.mark.parametrize("name", CURVES)
+def test_every_point_of_a_curve_is_a_number_of_a_row(name, stored):
+    data = stored(name)
+    known = {0.0}
+    for column in CURVES[name]:
+        known |= set(data["rows"][column].values.tolist())
+    with figure_style():
+        figures = module_of(name).draw(data)
+    axes = [each for figure in figures.values() for each in figure.axes]
+    shown = [y for each in axes for line in each.lines for y in line.get_ydata()]
+    assert shown
+    if name == "pareto-all":  # no error at all stands at the lower edge of its panel
+        edges = {each.get_ylim()[0] for each in axes}
+        shown = [y for y in shown if not any(y == pytest.approx(edge) for edge in edges)]
+    assert set(map(float, shown)) <= known
+
+
+def test_every_scheme_has_an_order_and_its_interval(tmp_path):
+    study = study_of(
+        {
+            "scenes": ["tiny", "two-walls"],
+            "propagators": ["lpv", "dom8", "beam:ordinates=16"],
+            "resolution": [1, 2, 3],
+            "converge": 1e-3,
+        }
+    )
+    rows = load_dataset(run_here(study, tmp_path).dataset)
+    orders = module_of("resolution").orders_of(rows)
+    coefficients = orders.isel(row=orders["measure"].values == "coefficients")
+    assert set(coefficients["scheme"].values) == set(rows["scheme"].values)
+    assert (coefficients["low"] < coefficients["order"]).all()
+    assert (coefficients["order"] < coefficients["high"]).all()
 
 
 def test_the_command_writes_pictures_and_data_and_draws_them_again(tmp_path, capsys):

@@ -8,13 +8,16 @@ import sys
 
 import numpy as np
 import pytest
-from small_studies import run_here, study_of
+from small_studies import TINY, run_here, study_of
 
+from flatland import Scene
 from flatland.harmonics import basis_for
 from flatland.results import load_dataset
 from propagators import create
 from studies.kinds.growth import stops_up_to
+from studies.kinds.level_history import MERGED
 from studies.kinds.waves import exact_response, wave_rows
+from studies.level_errors import error_history
 
 
 def rows_of(tmp_path, **sweep):
@@ -119,3 +122,35 @@ def test_the_command_of_a_row_computes_it_again(kind, tmp_path):
         [sys.executable, *arguments], check=True, capture_output=True, text=True
     )
     assert float(process.stdout) == pytest.approx(float(data["radius"].values[-1]), rel=1e-12)
+
+
+def test_levels_are_measured_as_the_functions_do_it(tmp_path):
+    scene = Scene.from_dict(TINY)
+    data = rows_of(tmp_path, kind="levels", scenes="tiny", levels=3, steps=4)
+    history = error_history(scene, create("lpv"), 2, 3, 4)
+    for level in range(3):
+        own = data.isel(row=data["level"].values == level).sortby("iterations")
+        np.testing.assert_array_equal(own["coefficients"], history["coefficients"].sel(level=level))
+    merged = data.isel(row=data["level"].values == MERGED).sortby("iterations")
+    np.testing.assert_array_equal(merged["coefficients"], history["merged"])
+    np.testing.assert_array_equal(merged["printed_relative"], history["printed_relative"])
+
+
+def test_a_merged_octree_is_measured_against_the_exact_answer(tmp_path):
+    """With one level it is the uniform grid; with more, and few steps, it is something else."""
+    data = rows_of(tmp_path, scenes="tiny", levels=[1, 3], iterations=[1, 30])
+    errors = data["coefficients"].values.reshape(2, 2)
+    assert errors[0, 0] != pytest.approx(errors[1, 0], rel=1e-3)
+    assert errors[0, 1] == pytest.approx(errors[1, 1], rel=1e-9)  # level 0 has light everywhere
+
+
+def test_the_command_of_a_level_computes_it_again(tmp_path, capsys):
+    sweep = {"scenes": "level-jump", "propagators": "lpv:flux=central", "normalization": "mean"}
+    data = rows_of(tmp_path, kind="levels", **sweep, levels=3, steps=3, blend=1.0, resolution=3)
+    for level in (2, MERGED):
+        row = data.isel(row=int(np.flatnonzero(data["level"].values == level)[-1]))
+        program, _, code = shlex.split(str(row["command"].values))
+        assert program == "python"
+        exec(code, {})
+        printed = float(capsys.readouterr().out)
+        assert printed == pytest.approx(float(row["coefficients"]), rel=1e-12)
