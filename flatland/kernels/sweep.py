@@ -62,6 +62,7 @@ class Sweep:
         self.border_cells, self.border_weights = border(stencil, layout, transmittance)
         #: What a solver keeps between right-hand sides.
         self.hierarchy: object | None = None
+        self.mirrored: object | None = None
         self.prepared: set[str] = set()
         self.double: Sweep | None = None
         self.by_matrices = self.couplings > LARGEST_TEXT
@@ -93,7 +94,8 @@ class Sweep:
         if reflection is None:
             return self
         twin = copy(self)
-        twin.hierarchy, twin.prepared, twin.double = None, set(), None
+        twin.hierarchy, twin.mirrored, twin.double = None, None, None
+        twin.prepared = set()
         twin.reflection = reflection
         twin._reflector = Reflector(reflection, self.stencil, self.layout)
         return twin

@@ -12,14 +12,17 @@ from flatland.errors import ConvergenceError, InstabilityError, bad_input
 from flatland.kernels import Sweep
 from flatland.kernels.reports import Buffer
 from flatland.solvers.bicgstab import Operator, bicgstab
+from flatland.solvers.mirrored import Mirrored, is_affordable
 from flatland.solvers.factorization import factorization, is_factorized
+from flatland.solvers.gmres import flexible_gmres
 from flatland.solvers.multigrid import Multigrid
 from flatland.solvers.vectors import norm
 from flatland.stability import RADIUS_TOLERANCE
 
-METHODS = ("auto", "multigrid", "stepping", "krylov", "factorization")
+METHODS = ("auto", "multigrid", "mirrored", "stepping", "krylov", "factorization")
 #: Iterations after which a Krylov method is taken to have stalled.
 _MULTIGRID_ITERATIONS = 30
+_MIRRORED_ITERATIONS = 200
 _KRYLOV_ITERATIONS = 4000
 _STEPPING_SWEEPS = 20_000
 _STEPPING_BATCH = 16
@@ -63,6 +66,8 @@ class _Problem:
         if method == "multigrid":
             cycles = _cycles_for(self.sweep)
             cycles.precondition(self.right, self.sweep.layout.allocate())
+        if method == "mirrored":
+            _mirrored_for(self.sweep)
         bicgstab(self.apply, _copy, self.right, 0.5, 1)
         self.applications = 0
 
@@ -143,6 +148,15 @@ def _multigrid(problem: _Problem, tolerance: float) -> Buffer:
     return answer
 
 
+def _mirrored(problem: _Problem, tolerance: float) -> Buffer:
+    precondition = _mirrored_for(problem.sweep).precondition
+    outcome = flexible_gmres(
+        problem.apply, precondition, problem.right, 0.5 * tolerance, _MIRRORED_ITERATIONS, 60
+    )
+    problem.iterations += outcome.iterations
+    return outcome.answer
+
+
 def _krylov(problem: _Problem, tolerance: float) -> Buffer:
     return _bicgstab(problem, tolerance, _copy, _KRYLOV_ITERATIONS)
 
@@ -173,6 +187,7 @@ def _factorization(problem: _Problem, tolerance: float) -> Buffer:
 
 _RUN: dict[str, Callable[[_Problem, float], Buffer]] = {
     "multigrid": _multigrid,
+    "mirrored": _mirrored,
     "stepping": _stepping,
     "krylov": _krylov,
     "factorization": _factorization,
@@ -195,6 +210,14 @@ def _cycles_for(sweep: Sweep) -> Multigrid:
         sweep.hierarchy = Multigrid(sweep.stencil, sweep.layout.shape)
     assert isinstance(sweep.hierarchy, Multigrid)
     return sweep.hierarchy
+
+
+def _mirrored_for(sweep: Sweep) -> Mirrored:
+    """The spectrum of a sweep, computed once and kept with it."""
+    if sweep.mirrored is None:
+        sweep.mirrored = Mirrored(sweep)
+    assert isinstance(sweep.mirrored, Mirrored)
+    return sweep.mirrored
 
 
 def _in_double(sweep: Sweep) -> Sweep:
