@@ -4,18 +4,23 @@ VENV := .venv
 BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
 
-.PHONY: figure5 test test-slow bench lint lock clean
+# System libraries that Qt loads, even to draw without a display (Debian's and Ubuntu's names).
+QT_LIBRARIES := libegl1 libgl1 libxkbcommon0 libdbus-1-3 libfontconfig1 libglib2.0-0
+QT_CHECK := QT_QPA_PLATFORM=offscreen $(BIN)/python -c \
+  "from PySide6 import QtSvg, QtWidgets; QtWidgets.QApplication([])"
+
+.PHONY: figure5 test test-slow bench lint lock clean qt
 
 ## Produce the comparison table and picture of figure 5's first scene, in out/.
 figure5: $(STAMP)
 	$(BIN)/flatland compare fig5-one-light --bands 2,4,8 -o out/fig5-one-light.png
 
 ## Style, types, import contracts and the whole fast test suite.
-test: $(STAMP) lint
+test: $(STAMP) qt lint
 	$(BIN)/python -m pytest -n 2
 
 ## The deep checks that take minutes.
-test-slow: $(STAMP)
+test-slow: $(STAMP) qt
 	$(BIN)/python -m pytest -n 2 -m slow
 
 ## Speed, as ratios to limits measured in the same run.
@@ -27,6 +32,16 @@ lint: $(STAMP)
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports
+
+## See that Qt loads; where it does not and this is root on Debian or Ubuntu, install what it needs.
+qt: $(STAMP)
+	@$(QT_CHECK) 2> /dev/null || { \
+	  echo "Qt misses system libraries: $(QT_LIBRARIES)"; \
+	  if [ "$$(id -u)" = 0 ] && command -v apt-get > /dev/null; then \
+	    apt-get update -qq && apt-get install -y -qq --no-install-recommends $(QT_LIBRARIES); \
+	  else \
+	    echo "Install them: sudo apt-get install $(QT_LIBRARIES)"; exit 1; \
+	  fi; $(QT_CHECK); }
 
 ## Refresh the lock: exact versions and hashes of everything that is installed.
 lock: $(STAMP)

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from conftest import best_seconds
-
 import propagators
 from flatland import load_scene
+from studies.bench.limits import best_seconds
 
 
 def test_reference_with_50_occluders(report):

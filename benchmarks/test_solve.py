@@ -6,10 +6,10 @@ import time
 
 import numpy as np
 import pytest
-from conftest import best_seconds
 
 import propagators
 from flatland import Scene, Simulation
+from studies.bench.limits import best_seconds
 
 
 def _room(side: int) -> Scene:

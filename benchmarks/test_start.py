@@ -5,7 +5,7 @@ from __future__ import annotations
 import subprocess
 import sys
 
-from conftest import best_seconds
+from studies.bench.limits import best_seconds
 
 
 def _run(*arguments: str) -> None:

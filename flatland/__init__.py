@@ -1,5 +1,6 @@
 """The engine: grid, angular bases, scenes, lights, stencils and the simulation that steps them."""
 
+from flatland.cascades import Cascade
 from flatland.errors import (
     ConvergenceError,
     FlatlandError,
@@ -16,6 +17,7 @@ from flatland.simulation import Simulation
 from flatland.stencil import Stencil
 
 __all__ = [
+    "Cascade",
     "CircularHarmonics",
     "ConvergenceError",
     "Field",

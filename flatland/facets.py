@@ -25,11 +25,16 @@ _kernel = njit(cache=True, error_model="numpy")
 
 
 class Pieces(NamedTuple):
-    """Pieces of facets (K,): which facet each is of, its cell (K, 3), area (K,) in cell sides²."""
+    """Pieces of facets (K,): which facet each is of, its cell (K, 3), area (K,) in cell sides².
+
+    middles: centroids (K, 3) in cell units. Where a facet that is not convex leaves several parts
+    in one cell, they are one piece, and its middle may lie beside them.
+    """
 
     facets: Cells
     cells: Cells
     areas: Array
+    middles: Array
 
 
 class FacetTable(NamedTuple):
@@ -81,48 +86,48 @@ def cut_by_cells(table: FacetTable, shape: tuple[int, ...]) -> Pieces:
 
     A facet that lies on a border between cells belongs to the cell in front of it.
     """
-    facets, cells, areas = _cut(*table, np.array(shape, np.int64), ON_BORDER)
-    return Pieces(facets, cells, areas)
+    return Pieces(*_cut(*table, np.array(shape, np.int64), ON_BORDER))
 
 
 @_kernel
 def _cut(
     vertices: Array, first: Cells, normals: Array, shape: Cells, slack: float
-) -> tuple[Cells, Cells, Array]:
+) -> tuple[Cells, Cells, Array, Array]:
     room = 64
-    facets, cells, areas = np.empty(room, np.int64), np.empty((room, 3), np.int64), np.empty(room)
+    places, found = np.empty((room, 4), np.int64), np.empty((room, 4))
     count = 0
     low, high = np.empty(3, np.int64), np.empty(3, np.int64)
+    piece = np.empty(4)
     for f in range(first.size - 1):
         own = vertices[first[f] : first[f + 1]]
         # Each of six clips adds at most half as many vertices again.
         work = np.empty((4, 12 * own.shape[0] + 16, 3))
         flat = _slab_range(own, normals[f], shape, slack, low, high)
+        _measure(own, own.shape[0], normals[f], piece)
+        least = 1e-15 * min(1.0, piece[0])
         for i in range(low[0], high[0]):
             n0 = _slab(own, own.shape[0], 0, i, flat, work[3], work[0])
             for j in range(low[1], high[1]):
                 n1 = _slab(work[0], n0, 1, j, flat, work[3], work[1])
                 for k in range(low[2], high[2]) if n1 > 2 else range(0):
                     n2 = _slab(work[1], n1, 2, k, flat, work[3], work[2])
-                    area = _area_along(work[2], n2, normals[f])
-                    if area <= 1e-15:
+                    _measure(work[2], n2, normals[f], piece)
+                    if piece[0] <= least:
                         continue
                     if count == room:
                         room *= 2
-                        facets, areas = _grown(facets, room), _grown(areas, room)
-                        wider = np.empty((room, 3), np.int64)
-                        wider[:count] = cells
-                        cells = wider
-                    facets[count], areas[count] = f, area
-                    cells[count, 0], cells[count, 1], cells[count, 2] = i, j, k
+                        places, found = _grown(places, room), _grown(found, room)
+                    places[count, 0], found[count] = f, piece
+                    places[count, 1], places[count, 2], places[count, 3] = i, j, k
                     count += 1
-    return facets[:count], cells[:count], areas[:count]
+    places, found = places[:count], found[:count]
+    return places[:, 0].copy(), places[:, 1:].copy(), found[:, 0].copy(), found[:, 1:].copy()
 
 
 @_kernel
 def _grown(array: Array, room: int) -> Array:
-    wider = np.empty(room, array.dtype)
-    wider[: array.size] = array
+    wider = np.empty((room, array.shape[1]), array.dtype)
+    wider[: array.shape[0]] = array
     return wider
 
 
@@ -177,12 +182,16 @@ def _clip(source: Array, count: int, axis: int, sign: float, limit: float, targe
 
 
 @_kernel
-def _area_along(polygon: Array, count: int, normal: Array) -> float:
-    """Area of a planar polygon, whichever way its vertices run."""
-    total = 0.0
+def _measure(polygon: Array, count: int, normal: Array, result: Array) -> None:
+    """Area and centroid (4,) of a planar polygon, whichever way its vertices run."""
+    result[:] = 0.0
     for i in range(1, count - 1):
         a, b = polygon[i] - polygon[0], polygon[i + 1] - polygon[0]
-        total += normal[0] * (a[1] * b[2] - a[2] * b[1])
-        total += normal[1] * (a[2] * b[0] - a[0] * b[2])
-        total += normal[2] * (a[0] * b[1] - a[1] * b[0])
-    return abs(0.5 * total)
+        twice = normal[0] * (a[1] * b[2] - a[2] * b[1])
+        twice += normal[1] * (a[2] * b[0] - a[0] * b[2])
+        twice += normal[2] * (a[0] * b[1] - a[1] * b[0])
+        result[0] += 0.5 * twice
+        result[1:] += twice / 6.0 * (a + b)
+    if result[0] != 0.0:
+        result[1:] = polygon[0] + result[1:] / result[0]
+    result[0] = abs(result[0])

@@ -92,3 +92,15 @@ class Grid:
         """The grid with cells twice as large; odd axes keep their last, half-covered cell."""
         shape = tuple(-(-n // 2) for n in self.shape)
         return Grid(shape, 2 * self.spacing, self.origin)
+
+
+def cells_on(
+    grid: Grid, cells: NDArray[np.int64], other: Grid
+) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
+    """Cells of another grid in which the centres of cells (dimension, K) lie, and which do, (K,).
+
+    Cells (dimension, K); those outside of the other grid are counted beyond its ends.
+    """
+    places = np.floor(other.to_cells(grid.to_world(cells.T + 0.5))).astype(np.int64)
+    inside = np.all((places >= 0) & (places < np.array(other.shape)), axis=1)
+    return places.T, inside

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from scipy.linalg import qr, solve_triangular
 
 from flatland.field import Field
+from flatland.grid import Grid, cells_on
 from flatland.harmonics import AngularBasis
 from flatland.injectors import Emission
 from flatland.injectors.base import require_basis
@@ -46,6 +47,34 @@ def independent_spectra(scene: Scene, basis: AngularBasis) -> tuple[Array, Array
     spectra = _spectra(scene, emissions)
     chosen, mixing = factor_spectra(spectra)
     return _superpose(scene, basis, emissions, spectra[:, chosen]), mixing
+
+
+def spectra_on(
+    scene: Scene, basis: AngularBasis, grids: Sequence[Grid], apart: bool = False
+) -> tuple[list[Array], Array, Array]:
+    """A scene's light on other grids over it, cell by cell where the cells' centres lie.
+
+    Returns patterns (K, size, *shape) per grid, mixing (max(1, colours), K), and what lies outside
+    of each grid: flux [W], (grids, K). A pattern and what it leaves out carry the flux of the
+    lights. apart: one pattern per colour instead of the independent ones.
+    """
+    emissions = _emissions(scene, basis)
+    spectra = _spectra(scene, emissions)
+    if apart:
+        chosen, mixing = np.arange(spectra.shape[1]), np.eye(spectra.shape[1])
+    else:
+        chosen, mixing = factor_spectra(spectra)
+    patterns, outside = [], np.zeros((len(grids), mixing.shape[1]))
+    for number, grid in enumerate(grids):
+        values = np.zeros((mixing.shape[1], basis.size, *grid.shape))
+        for emission, row in zip(emissions, spectra[:, chosen]):
+            cells, coefficients = emission.deposit
+            places, inside = cells_on(scene.grid, cells, grid)
+            light = row[:, None, None] * coefficients.T
+            np.add.at(values, (slice(None), slice(None), *places[:, inside]), light[..., inside])
+            outside[number] += light[:, 0, ~inside].sum(axis=1) * basis.flux_weight
+        patterns.append(values)
+    return patterns, mixing, outside
 
 
 def most_spectra(scene: Scene) -> int:

@@ -1,56 +1,50 @@
-"""The state machine that steps light through a grid."""
+"""The state machine that steps light through a scene."""
 
 from __future__ import annotations
 
-import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from numbers import Integral
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from flatland.errors import SchemeWarning, bad_input
+from flatland.errors import bad_input
 from flatland.field import Field
-from flatland.harmonics import AngularBasis, basis_for
+from flatland.grid import Grid
+from flatland.harmonics import basis_for
 from flatland.injection import independent_spectra, inject, most_spectra
-from flatland.kernels import Layout, Sweep
-from flatland.kernels.reports import Buffer
-from flatland.ledger import Bookkeeper, Ledger
-from flatland.light_state import LightState
+from flatland.kernels import Layout
+from flatland.ledger import Ledger
+from flatland.level import PRECISIONS
+from flatland.level_view import LevelView
+from flatland.light_state import LightState, light_scale
 from flatland.memory import require_memory
-from flatland.occlusion import Occlusion, Walls, without_first_bounces
+from flatland.occlusion import Walls, given_occlusion, without_first_bounces
+from flatland.octree import LevelRules, Octree
 from flatland.scene import Scene
-from flatland.solvers import SolveReport, solve_converged
-from flatland.stencil import Stencil
-
-PRECISIONS = ("float64", "float32")
-_CLAMPED = "a clamped step is not linear: the converged field is that of the scheme without clamp"
-
-
-class Scheme(Protocol):
-    """What a simulation needs of a propagator."""
-
-    def stencil(self, basis: AngularBasis) -> Stencil: ...
-
-    def warn_if_unstable(self, stencil: Stencil) -> None: ...
+from flatland.solvers import SolveReport
+from flatland.stencil import Scheme
 
 
 class Simulation:
-    """One scene, one stencil propagator, stepped (numerics §3).
+    """One scene, one stencil propagator, stepped (numerics §3), on one grid or an octree (§7).
 
-    bands: angular bands. levels: octree levels; this version steps the uniform grid, 1.
-    precision: "float64" or "float32". transmittance: (K, *shape), the share of the light leaving
-    a cell along each of the stencil's offsets that nothing blocks; if given, the scene's
-    occluders have no effect. What they do otherwise:
+    bands: angular bands. precision: "float64" or "float32". transmittance: (K, *shape), the share
+    of the light leaving a cell along each of the stencil's offsets that nothing blocks; if given,
+    the scene's occluders have no effect. What they do otherwise:
     blocking: "exact" cuts beams (flatland.blocking.exact), "fuzzy" reads a geometry volume, not in
     the first step (flatland.blocking.fuzzy), "none" lets light pass. strength: of the fuzzy one.
     bounces: what occluders stop comes back by their albedo, step after step; lamps then inject
     their own light only, since its first bounce is one of these. lights_block: area lights are
     black walls for light from elsewhere; they do not cut the links by which their own leaves.
 
+    levels: of the octree, 1 for the uniform grid. normalization, level_factors, falloff, index,
+    patience and skip say how levels are filled, stepped and read: see LevelRules.
+
     `target` is the newest light, `source` what it was one step before, `accumulated` the sum of
-    all, S_A = Σ_i S_i. Scenes in colour are stepped once per linearly independent spectrum.
+    all, S_A = Σ_i S_i, all on level 0; `level(i)` gives them on any level and `merge()` one field
+    from all. A run that was not filled by hand fills all levels itself, as `start` does.
+    Scenes in colour are stepped once per linearly independent spectrum.
     Raises InputError for arguments that break a rule and for a grid that would not fit in memory;
     warns (SchemeWarning) of an unstable scheme.
     """
@@ -67,47 +61,50 @@ class Simulation:
         strength: float = 1.0,
         bounces: bool = True,
         lights_block: bool = False,
+        normalization: str = "flux",
+        level_factors: Sequence[float] | None = None,
+        falloff: str = "cells",
+        index: str = "finest",
+        patience: float = 1.0,
+        skip: bool = True,
     ) -> None:
         if precision not in PRECISIONS:
             raise bad_input("precision", precision, "is unknown", PRECISIONS)
-        if levels != 1:
-            raise bad_input("levels", levels, "must be 1: this version steps the uniform grid")
+        rules = LevelRules(levels, normalization, level_factors, falloff, index, patience, skip)
+        grids = rules.grids(scene.grid)
         walls = Walls(blocking, strength, bounces, lights_block)
         self.scene, self.propagator, self.precision = scene, propagator, precision
         self.basis = basis_for(scene.grid.dimension, bands)
         self.stencil = propagator.stencil(self.basis)
         propagator.warn_if_unstable(self.stencil)
-        layout = Layout(scene.grid.shape, self.basis.size, np.dtype(precision))
-        self._require_room(layout)
-        tau = _checked_transmittance(transmittance, self.stencil, scene)
-        given = Occlusion(tau)
-        self._occlusion = walls.occlusion(scene, self.stencil) if tau is None else given
-        tau = self._occlusion.transmittance
-        self._books = Bookkeeper(self.stencil, blocked=tau is not None)
-        sweep = Sweep(self.stencil, layout, tau, self._books.components)
-        patterns, self._mixing = self._spectra()
-        self._states = [
-            LightState(layout, each, pattern)
-            for each, pattern in zip(self._sweeps(sweep, len(patterns)), patterns)
-        ]
-        #: For a first step that is not blocked.
-        self._free_sweep = (
-            Sweep(self.stencil, layout, None, self._books.components)
-            if self._occlusion.free_first_step
-            else None
-        )
-        self._require_range()
+        self._require_room(grids, blocking != "none" and len(scene.walls()) > 0)
+        if transmittance is None:
+            self._occlusion = walls.occlusion(scene, self.stencil)
+        else:
+            self._occlusion = given_occlusion(transmittance, self.stencil, grids)
+        self._patterns, self._mixing = self._spectra()
+        scales = [light_scale(pattern) for pattern in self._patterns]
+        self._require_range(scales)
+        self.octree = Octree(scene, self.stencil, precision, scales, walls, self._occlusion, rules)
+        self.octree.levels[0].prepare()
         self.reset()
 
-    def _require_room(self, layout: Layout) -> None:
-        """Refuse a grid whose fields would not fit in memory.
+    def _require_room(self, grids: Sequence[Grid], blocked: bool) -> None:
+        """Refuse grids whose fields would not fit in memory.
 
-        Three per spectrum, and the pattern of light that it starts from in float64.
+        Three per spectrum and level, and the pattern of light that it starts from in float64; what
+        walls leave open of each link, in float64 and as the sweep reads it.
         """
         spectra = max(1, self.scene.colours)
         if not self.stencil.clamp:
             spectra = most_spectra(self.scene)
-        needed = spectra * layout.size * (3 * layout.dtype.itemsize + 8)
+        number = np.dtype(self.precision)
+        layouts = [Layout(grid.shape, self.basis.size, number) for grid in grids]
+        fields = 3 * number.itemsize * sum(layout.size for layout in layouts)
+        needed = spectra * (fields + 8 * layouts[0].size)
+        if blocked:
+            links = len(self.stencil.offsets) * sum(grid.cell_count for grid in grids)
+            needed += links * (number.itemsize + 8)
         require_memory(needed, "grid.shape", self.scene.grid.shape)
 
     def _spectra(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -121,75 +118,75 @@ class Simulation:
         values = values if self.scene.colours else values[None]
         return np.asarray(values, float), np.eye(len(values))
 
-    def _sweeps(self, sweep: Sweep, count: int) -> list[Sweep]:
-        """The sweep of each pattern."""
-        reflections = self._occlusion.reflections
-        if self._occlusion.coloured:
-            return [sweep.reflecting(reflection) for reflection in reflections]
-        return [sweep.reflecting(reflections[0]) if reflections else sweep] * count
-
-    def _require_range(self) -> None:
+    def _require_range(self, scales: Sequence[float]) -> None:
         """Refuse light that the precision cannot hold, with a million to spare either way."""
-        scales = np.array([state.scale for state in self._states])
-        size = float((np.abs(self._mixing) * scales).max())
+        size = float((np.abs(self._mixing) * np.array(scales)).max())
         limits = np.finfo(self.precision)
         if not 1e6 * float(limits.tiny) < size < 1e-6 * float(limits.max):
             rule = f"cannot hold light of about {size:.0e} per unit angle"
             raise bad_input("precision", self.precision, rule, ("float64",))
 
+    # -- actions --------------------------------------------------------------------------------
+
     def reset(self) -> None:
-        """No light anywhere, iteration 0, empty books."""
-        for state in self._states:
-            state.reset()
-        self.iteration = 0
+        """No light anywhere, iteration 0, empty books. Downsampled geometry stays."""
+        self.octree.reset()
         self.converged: SolveReport | None = None
+        self.merged: Field | None = None
         self._injected = False
-        self._ledgers = [Ledger() for _ in self._states]
 
     def inject(self) -> None:
-        """Put the scene's lights into their cells, from a fresh start."""
+        """Put the scene's lights into the cells of level 0, from a fresh start.
+
+        Coarse levels stay dark until `downsample`.
+        """
         self.reset()
-        for state, ledger in zip(self._states, self._ledgers):
-            state.inject()
-            self._books.open(ledger, float(state.component_sums[0]) * self._unit(state))
+        scales = [state.scale for state in self._states]
+        self.octree.inject([values / scale for values, scale in zip(self._patterns, scales)])
         self._injected = True
 
+    def downsample(self) -> None:
+        """Fill all coarse levels with the light of level 0, as it is now; they start from there."""
+        self.octree.downsample()
+
+    def downsample_geometry(self) -> None:
+        """Give all coarse levels the scene's walls. Without it, walls block nothing there."""
+        self.octree.downsample_geometry()
+
+    def start(self) -> None:
+        """All that comes before the first step: inject, and fill the coarse levels."""
+        self.inject()
+        if len(self.octree.levels) > 1:
+            self.downsample()
+            if not self.octree.has_geometry:
+                self.downsample_geometry()
+
     def step(self) -> None:
-        """One iteration: every cell's light goes to its neighbours."""
+        """One iteration: every cell's light goes to its neighbours, on every level."""
         self.run(1)
 
     def run(self, iterations: int, progress: Callable[[int], object] | None = None) -> None:
-        """Several iterations; injects first if that was not done.
+        """Several iterations; starts first if nothing was injected.
 
         progress: called with the number of iterations just done; runs between batches.
         Raises InstabilityError when the light grows wild; the state before overflow is kept.
         """
         if not isinstance(iterations, Integral) or isinstance(iterations, bool) or iterations < 0:
             raise bad_input("iterations", iterations, "must be a whole number, at least 0")
-        self._start()
+        if self.converged is not None or not self._injected:
+            self.start()
         last = self.iteration + int(iterations)
+        self.octree.set_out(int(iterations))
         while self.iteration < last:
-            self._require_tame()
-            count = min(last - self.iteration, *(state.batch for state in self._states))
-            first = self._free_sweep if self.iteration == 0 else None
-            if first is not None:
-                count = 1
-            for state, ledger in zip(self._states, self._ledgers):
-                before = state.component_sums
-                sums = state.advance(count, first)
-                self._books.enter(ledger, before, sums, self._unit(state), first is None)
-            self.iteration += count
+            self.octree.require_tame()
+            count = min(last - self.iteration, self.octree.batch)
+            self.octree.advance(count)
             if progress is not None:
                 progress(count)
-        self._require_tame()
-
-    def _require_tame(self) -> None:
-        """Raise InstabilityError once light has grown wild, so that it never overflows."""
-        for state in self._states:
-            state.require_tame(self.iteration)
+        self.octree.require_tame()
 
     def solve(self, tolerance: float = 1e-8, method: str = "auto") -> SolveReport:
-        """Jump to the converged field (1 − A) S_A = S_0; the books are closed with it.
+        """Jump to the converged field (1 − A) S_A = S_0 of every level; books are closed with it.
 
         A contains what comes back from walls. If the first step is free of blocking, by A_free, it
         is done first: S_A = S_0 + (1 − A)⁻¹ A_free S_0.
@@ -198,84 +195,92 @@ class Simulation:
         For a clamped scheme this is the answer of its linear twin. Raises ConvergenceError if the
         tolerance was not reached, InstabilityError if the scheme's radius says there is no answer.
         """
-        self.inject()
+        self.start()
         self._injected = False  # also if this fails, stepping starts afresh
-        if self.stencil.clamp:
-            warnings.warn(_CLAMPED, SchemeWarning, stacklevel=2)
-        states = zip(self._states, self._ledgers)
-        reports = [self._solve_one(*each, tolerance, method) for each in states]
-        self.converged = max(reports, key=lambda report: report.residual)
+        self.octree.levels[0].warn_of_clamp(2)
+        self.converged = self.octree.solve(tolerance, method)
         return self.converged
 
-    def _solve_one(
-        self, state: LightState, ledger: Ledger, tolerance: float, method: str
-    ) -> SolveReport:
-        """Solve for one pattern and book what its field sends, loses and keeps."""
-        clamp = self.stencil.clamp
-        sweep = state.sweep.linear() if clamp else state.sweep
-        start: Buffer | float = 0.0
-        if self._free_sweep is not None:
-            start = state.total.copy()
-            before = state.component_sums
-            sums = state.advance(1, self._free_sweep.linear() if clamp else self._free_sweep)
-            self._books.enter(ledger, before, sums, self._unit(state), blocked=False)
-        try:
-            report = solve_converged(sweep, state.target, state.total, tolerance, method)
-            scratch = np.zeros_like(state.total)
-            sums = sweep.steps(state.total, state.source, scratch, 1)
-            self._books.close(ledger, state.sums_of(state.total), sums, self._unit(state))
-        finally:
-            state.total += start
-        state.source[:] = 0
-        state.target[:] = 0
-        return report
+    def merge(self, blend: float | None = None, name: str = "accumulated") -> Field:
+        """One field on the cells of level 0, each read from the level that `index` names.
 
-    def _start(self) -> None:
-        if self.converged is not None or not self._injected:
-            self.inject()
+        blend: None reads whole elements (the octree thesis 4.2); a number fades levels into each
+        other over so many cells of the coarser one, see `flatland.octree.blended`. name: "source",
+        "target" or "accumulated". With one level it is that level's field. Kept in `merged`.
+        """
+        if name not in _BUFFERS:
+            raise bad_input("name", name, "is unknown", _BUFFERS)
+        index = self.index
+        spectra = range(len(self._states))
+        buffer = _BUFFERS[name]
+        self.merged = self._field(
+            [self.octree.merge(each, buffer, index, blend) for each in spectra], self.scene.grid
+        )
+        return self.merged
 
     # -- what can be looked at ------------------------------------------------------------------
 
     @property
+    def iteration(self) -> int:
+        """Steps since injection."""
+        return self.octree.iteration
+
+    @property
+    def levels(self) -> int:
+        return len(self.octree.levels)
+
+    @property
+    def index(self) -> NDArray[np.int8]:
+        """The level that each cell of level 0 is read from in a merge, (*shape).
+
+        One for all colours: a place that light of any colour has reached counts as lit.
+        """
+        return self.octree.index()
+
+    @property
     def source(self) -> Field:
-        return self._field([state.values(state.source) for state in self._states])
+        return self.level(0).source
 
     @property
     def target(self) -> Field:
-        return self._field([state.values(state.target) for state in self._states])
+        return self.level(0).target
 
     @property
     def accumulated(self) -> Field:
-        return self._field([state.values(state.total) for state in self._states])
+        return self.level(0).accumulated
 
     @property
     def ledger(self) -> Ledger:
-        """Where the flux went, () or (colours,)."""
-        mixing = self._mixing if self.scene.colours else self._mixing[0]
-        return Ledger.mixed(self._ledgers, mixing)
+        """Where the flux of level 0 went, () or (colours,)."""
+        return self.level(0).ledger
 
-    def _field(self, values: list[NDArray[np.floating]]) -> Field:
+    def level(self, number: int) -> LevelView:
+        """What level `number` holds. Raises InputError for a level that is not there."""
+        whole = isinstance(number, Integral) and not isinstance(number, bool)
+        if not whole or not 0 <= number < self.levels:
+            raise bad_input("level", number, f"must be a whole number, 0 to {self.levels - 1}")
+        return LevelView(self, int(number))
+
+    @property
+    def _states(self) -> list[LightState]:
+        return self.octree.levels[0].states
+
+    def _level_ledger(self, number: int) -> Ledger:
+        mixing = self._mixing if self.scene.colours else self._mixing[0]
+        return Ledger.mixed(self.octree.level(number).ledgers, mixing)
+
+    def _level_field(self, number: int, name: str) -> Field:
+        level = self.octree.level(number)
+        return self._field(level.values(_BUFFERS[name]), level.grid)
+
+    def _field(self, values: list[NDArray[np.floating]], grid: Grid) -> Field:
         if self.scene.colours:
             mixing = self._mixing.astype(self.precision)
-            return Field(self.scene.grid, self.basis, np.tensordot(mixing, np.array(values), 1))
+            return Field(grid, self.basis, np.tensordot(mixing, np.array(values), 1))
         factor = self._mixing[0, 0]
         mono = values[0] if factor == 1.0 else values[0] * factor
-        return Field(self.scene.grid, self.basis, mono)
-
-    def _unit(self, state: LightState) -> float:
-        """Flux of one unit of a state's coefficient 0."""
-        return float(state.scale * self.basis.flux_weight)
+        return Field(grid, self.basis, mono)
 
 
-def _checked_transmittance(
-    values: NDArray[np.floating] | None, stencil: Stencil, scene: Scene
-) -> NDArray[np.float64] | None:
-    if values is None:
-        return None
-    expected = (len(stencil.offsets), *scene.grid.shape)
-    array = np.asarray(values, float)
-    if array.shape != expected:
-        raise bad_input("transmittance", array.shape, f"must be of shape {expected}")
-    if not np.all((array >= 0) & (array <= 1)):
-        raise bad_input("transmittance", values, "must lie between 0 and 1")
-    return array
+#: Names of fields and of the buffers that hold them.
+_BUFFERS = {"source": "source", "target": "target", "accumulated": "total"}

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -92,3 +93,11 @@ class Stencil:
     @cached_property
     def _radius(self) -> float:
         return spectral_radius(self.basis, self.offsets, self.transfer)
+
+
+class Scheme(Protocol):
+    """What a simulation needs of a propagator: its stencil, and a warning of an unstable one."""
+
+    def stencil(self, basis: AngularBasis) -> Stencil: ...
+
+    def warn_if_unstable(self, stencil: Stencil) -> None: ...

@@ -6,7 +6,6 @@ side that is looked at: light falls on them along -n.
 
 from __future__ import annotations
 
-from itertools import product
 from typing import Literal, get_args
 
 import numpy as np
@@ -15,23 +14,16 @@ from numpy.typing import ArrayLike, NDArray
 from flatland.errors import bad_input
 from flatland.field import Field
 from flatland.harmonics import AngularBasis
+from flatland.lookup import interpolate, lookup, places_in, unit_vectors
 
 Array = NDArray[np.float64]
 Method = Literal["distance", "cosine"]
 METHODS: tuple[Method, ...] = get_args(Method)
 
+__all__ = ["METHODS", "cosine_weights", "damping_factor", "interpolate", "irradiance"]
+
 #: Gauss points of `cosine_weights`: per smooth piece in 2D, over the height in 3D.
 _POINTS = {2: 16, 3: 64}
-
-
-def interpolate(field: Field, points: ArrayLike) -> Array:
-    """Coefficients ([colours,] M, size) at world points, bi- or trilinear between cell centres.
-
-    Between the outermost centres and the border the outermost cells count alone. Raises InputError
-    for points outside the grid. What it gets wrong: it knows no walls, so that half a cell from
-    one it mixes the light of both sides.
-    """
-    return _lookup(field, _inside(field, points))
 
 
 def irradiance(
@@ -59,10 +51,10 @@ def irradiance(
     """
     if method not in METHODS:
         raise bad_input("method", method, "is no way to light a surface", METHODS)
-    places = _inside(field, points)
-    unit = _unit_normals(field, normals, len(places))
+    places = places_in(field, points)
+    unit = unit_vectors(field, normals, len(places), "normals")
     weights = _weights(field, unit, method)
-    light = _lookup(field, places + offset * field.grid.spacing * unit)
+    light = lookup(field, places + offset * field.grid.spacing * unit)
     result = np.maximum(0.0, np.einsum("...mk,mk->...m", light, weights))
     return np.asarray(result * damping_factor(field, places, unit) if damping else result)
 
@@ -76,11 +68,11 @@ def damping_factor(field: Field, points: ArrayLike, normals: ArrayLike) -> Array
     Light that is brighter, and alike, before the surface stays; light from behind goes.
     What it gets wrong: it dampens as much where light truly fades away from a surface.
     """
-    places = _inside(field, points)
-    unit = _unit_normals(field, normals, len(places))
+    places = places_in(field, points)
+    unit = unit_vectors(field, normals, len(places), "normals")
     step = 0.5 * field.grid.spacing * unit
-    light = _lookup(field, places)
-    change = _lookup(field, places + step) - _lookup(field, places - step)
+    light = lookup(field, places)
+    change = lookup(field, places + step) - lookup(field, places - step)
     size, large = np.linalg.norm(light, axis=-1), np.linalg.norm(change, axis=-1)
     both = size * large
     alike = np.sum(light * change, axis=-1) / np.where(both > 0, both, 1.0)
@@ -111,43 +103,6 @@ def _weights(field: Field, normals: Array, method: Method) -> Array:
     kinds, places = np.unique(normals, axis=0, return_inverse=True)
     weights = [cosine_weights(field.basis, normal) for normal in kinds]
     return np.array(weights).reshape(-1, field.basis.size)[places.reshape(-1)] / size
-
-
-def _lookup(field: Field, points: Array) -> Array:
-    """`interpolate` without the check: points outside get the nearest cells' light."""
-    last = np.array(field.grid.shape) - 1
-    cells = np.clip(field.grid.to_cells(points) - 0.5, 0, last)
-    base = np.floor(cells).astype(np.int64)
-    part = cells - base
-    shape = field.values.shape[: -field.grid.dimension]
-    result = np.zeros((*shape, len(points)))
-    for corner in product((0, 1), repeat=field.grid.dimension):
-        weight = np.prod(np.where(corner, part, 1 - part), axis=1)
-        index = tuple(np.minimum(base + corner, last).T)
-        result += weight * field.values[(..., *index)]
-    return np.moveaxis(result, -2, -1)
-
-
-def _inside(field: Field, points: ArrayLike) -> Array:
-    places = np.asarray(points, float)
-    if places.ndim != 2 or places.shape[1] != field.grid.dimension:
-        raise bad_input("points", places.shape, f"must be (M, {field.grid.dimension})")
-    outside = ~field.grid.contains(places)
-    if np.any(outside):
-        rule = f"lies outside the grid from {field.grid.origin} to {field.grid.upper}"
-        raise bad_input("points", places[outside][0].tolist(), rule)
-    return places
-
-
-def _unit_normals(field: Field, normals: ArrayLike, count: int) -> Array:
-    """(M, dimension), checked."""
-    unit = np.asarray(normals, float)
-    shape = (count, field.grid.dimension)
-    if unit.shape not in (shape, shape[1:]):
-        raise bad_input("normals", unit.shape, f"must be of shape {shape} or {shape[1:]}")
-    if not np.all(np.abs(np.linalg.norm(unit, axis=-1) - 1) < 1e-6):
-        raise bad_input("normals", normals, "must be finite and of length 1")
-    return np.broadcast_to(unit, shape)
 
 
 def _half_circle(axis: Array) -> tuple[Array, Array]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import itertools
 import warnings
 from abc import ABC, abstractmethod
@@ -13,6 +14,7 @@ import numpy as np
 from flatland.errors import SchemeWarning, bad_input
 from flatland.field import Field
 from flatland.harmonics import AngularBasis
+from flatland.ledger import Ledger
 from flatland.scene import Scene
 from flatland.simulation import Simulation
 from flatland.stability import RADIUS_TOLERANCE
@@ -71,6 +73,19 @@ class Option:
         return number
 
 
+@dataclass(frozen=True, eq=False)
+class Answer:
+    """A field and what its scheme knows about it.
+
+    ledger: where the flux went, if the scheme keeps books. details: numbers that say what was
+    reached, such as how many directions or an estimated error.
+    """
+
+    field: Field
+    ledger: Ledger | None = None
+    details: dict[str, float] = dataclasses.field(default_factory=dict)
+
+
 class Propagator(ABC):
     """A scheme. Everyone may call `solve`; only stencil schemes can also be stepped.
 
@@ -106,10 +121,25 @@ class Propagator(ABC):
     def solve(self, scene: Scene, bands: int, tolerance: float = 1e-8) -> Field:
         """The stationary field of a scene: intensity that leaves each cell (numerics §1)."""
 
+    def answer(self, scene: Scene, bands: int) -> Answer:
+        """The field as `solve` gives it, with books and details if the scheme has them."""
+        return Answer(self.solve(scene, bands))
+
     def require_dimension(self, dimension: int) -> None:
         if dimension not in self.dimensions:
             rule = f"{self.name} cannot do this number of dimensions"
             raise bad_input("dimension", dimension, rule, self.dimensions)
+
+
+class DirectPropagator(Propagator):
+    """A scheme that answers a scene at once and keeps books; its options set the accuracy."""
+
+    @abstractmethod
+    def answer(self, scene: Scene, bands: int) -> Answer: ...
+
+    def solve(self, scene: Scene, bands: int, tolerance: float = 1e-8) -> Field:
+        """The field of `answer`. tolerance: there for the common signature."""
+        return self.answer(scene, bands).field
 
 
 class StencilPropagator(Propagator):

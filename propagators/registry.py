@@ -19,6 +19,12 @@ BUILT_IN = {
     "dom6": "propagators.dom:DiscreteOrdinates6",
     "dom26": "propagators.dom:DiscreteOrdinates26",
     "analytic": "propagators.analytic:Analytic",
+    "beam": "propagators.beam:Beam",
+    "sn": "propagators.sn:GridSweeps",
+    "radiance-cascades": "propagators.cascades:RadianceCascades",
+    "holographic-rc": "propagators.holographic:HolographicCascades",
+    "light-propagation-maps": "propagators.maps:LightPropagationMaps",
+    "modified-dom": "propagators.modified_dom:ModifiedDiscreteOrdinates",
 }
 #: Other projects register a Propagator class here, under the name that users will type.
 ENTRY_POINT_GROUP = "flatland.propagators"

@@ -18,6 +18,8 @@ COMMANDS = {
     "scene": ("studies.commands.scene", "List, show, check and start scene files."),
     "run": ("studies.commands.run", "Run one method on one scene."),
     "compare": ("studies.commands.compare", "Compare methods with the exact answer."),
+    "study": ("studies.commands.study", "Run many cases and keep their numbers as one data set."),
+    "bench": ("studies.commands.bench", "Speed on this machine, against the speed of memory."),
     "figure": ("studies.commands.figure", "Make figures, as PDF and PNG with their data."),
 }
 

@@ -130,11 +130,14 @@ def representation_floor(
 
 @dataclass(frozen=True)
 class Measure:
-    """An entry of the registry: what a column of a table is called and means."""
+    """An entry of the registry: what a column of a table is called and means.
+
+    function: of a field, its reference and, if wanted, a mask.
+    """
 
     name: str
     meaning: str
-    function: Callable[[Field, Field], float]
+    function: Callable[..., float]
 
 
 #: Measures that need only two fields. A new one is one line here.

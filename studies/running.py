@@ -7,8 +7,13 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
+from flatland.errors import bad_input
 from flatland.field import Field
 from flatland.ledger import Ledger
+from flatland.octree import require_width
 from flatland.scene import Scene
 from flatland.simulation import Simulation
 from propagators import Propagator, StencilPropagator
@@ -23,7 +28,9 @@ class Method:
     Stops after `iterations` steps, or at the converged field to the relative residual `converge`;
     with neither, after twice the longest side of the grid (Kaplanyan & Dachsbacher 2010, 3.3).
     blocking, strength, bounces, lights_block: what walls do, see `Simulation`; methods that do not
-    step have their own way with walls.
+    step have their own way with walls. levels, normalization, level_factors, falloff, index and
+    patience: of an octree, see `Simulation`; blend: of its merge. Methods that do not step have
+    one level.
     """
 
     propagator: Propagator
@@ -35,6 +42,13 @@ class Method:
     strength: float = 1.0
     bounces: bool = True
     lights_block: bool = False
+    levels: int = 1
+    normalization: str = "flux"
+    level_factors: tuple[float, ...] | None = None
+    falloff: str = "cells"
+    index: str = "finest"
+    patience: float = 1.0
+    blend: float | None = None
 
     def steps_on(self, scene: Scene) -> int:
         return 2 * max(scene.grid.shape) if self.iterations is None else self.iterations
@@ -52,12 +66,65 @@ class Method:
             "strength": self.strength,
             "bounces": self.bounces,
             "lights_block": self.lights_block,
+            **(self._level_values if self.levels > 1 else {}),
         }
+
+    @property
+    def _level_values(self) -> dict[str, Any]:
+        factors = self.level_factors
+        return {
+            "levels": self.levels,
+            "normalization": self.normalization,
+            "level_factors": None if factors is None else list(factors),
+            "falloff": self.falloff,
+            "index": self.index,
+            "patience": self.patience,
+            "blend": self.blend,
+        }
+
+    def simulation(self, scene: Scene) -> Simulation:
+        """A simulation that is ready to start. Raises InputError for methods that do not step."""
+        if not isinstance(self.propagator, StencilPropagator):
+            raise bad_input("propagator", self.propagator.name, "does not step")
+        require_width(self.blend)
+        return Simulation(
+            scene,
+            self.propagator,
+            bands=self.bands,
+            levels=self.levels,
+            precision=self.precision,
+            blocking=self.blocking,
+            strength=self.strength,
+            bounces=self.bounces,
+            lights_block=self.lights_block,
+            normalization=self.normalization,
+            level_factors=self.level_factors,
+            falloff=self.falloff,
+            index=self.index,
+            patience=self.patience,
+        )
+
+
+@dataclass(frozen=True)
+class LevelResult:
+    """What came of one level: its accumulated light, its ledger, and what it was injected with.
+
+    factor: on the mean of level 0's light. read: cells of level 0 that the merge took from it.
+    """
+
+    accumulated: Field
+    ledger: Ledger
+    factor: float
+    read: int
 
 
 @dataclass(frozen=True)
 class Run:
-    """What came of it. seconds: stepping or solving alone, without reading and compiling."""
+    """What came of it. seconds: stepping or solving, and merging, without reading and compiling.
+
+    accumulated: of an octree, the merged field. ledger: of level 0. levels: all levels if they
+    were asked for, and index, (*shape), the level that each cell was read from.
+    """
 
     method: Method
     accumulated: Field
@@ -65,23 +132,23 @@ class Run:
     stopped: str
     ledger: Ledger | None = None
     details: dict[str, Any] = field(default_factory=dict)
+    levels: tuple[LevelResult, ...] = ()
+    index: NDArray[np.int8] | None = None
 
 
-def run_method(scene: Scene, method: Method, progress: Progress | None = None) -> Run:
-    """Run a method on a scene. Raises what the simulation and its solvers raise."""
+def run_method(
+    scene: Scene, method: Method, progress: Progress | None = None, keep_levels: bool = False
+) -> Run:
+    """Run a method on a scene. Raises what the simulation and its solvers raise.
+
+    keep_levels: give every level of an octree beside the merged field; levels that the merge did
+    not need are then propagated too, after the clock has stopped.
+    """
     if not isinstance(method.propagator, StencilPropagator):
         return _answer(scene, method)
-    simulation = Simulation(
-        scene,
-        method.propagator,
-        bands=method.bands,
-        precision=method.precision,
-        blocking=method.blocking,
-        strength=method.strength,
-        bounces=method.bounces,
-        lights_block=method.lights_block,
-    )
-    simulation.inject()
+    simulation = method.simulation(scene)
+    simulation.start()
+    simulation.octree.prepare()
     begin = time.perf_counter()
     if method.converge is not None:
         report = simulation.solve(method.converge)
@@ -93,10 +160,31 @@ def run_method(scene: Scene, method: Method, progress: Progress | None = None) -
         seconds = time.perf_counter() - begin
         stopped = f"{simulation.iteration} iterations"
         details = {"iterations": simulation.iteration}
-    return Run(method, simulation.accumulated, seconds, stopped, simulation.ledger, details)
+    if method.levels == 1:
+        accumulated, index = simulation.accumulated, None
+    else:
+        begin = time.perf_counter()
+        accumulated, index = simulation.merge(method.blend), simulation.index
+        seconds += time.perf_counter() - begin
+    levels = _levels(simulation, index) if keep_levels and index is not None else ()
+    return Run(method, accumulated, seconds, stopped, simulation.ledger, details, levels, index)
+
+
+def _levels(simulation: Simulation, index: NDArray[np.int8]) -> tuple[LevelResult, ...]:
+    views = [simulation.level(number) for number in range(simulation.levels)]
+    return tuple(
+        LevelResult(view.accumulated, view.ledger, factor, int(np.count_nonzero(index == number)))
+        for number, (view, factor) in enumerate(zip(views, simulation.octree.factors))
+    )
 
 
 def _answer(scene: Scene, method: Method) -> Run:
+    if method.levels != 1:
+        rule = f"must be 1: {method.propagator.name} does not step"
+        raise bad_input("levels", method.levels, rule)
     begin = time.perf_counter()
-    accumulated = method.propagator.solve(scene, method.bands)
-    return Run(method, accumulated, time.perf_counter() - begin, "direct")
+    answer = method.propagator.answer(scene, method.bands)
+    seconds = time.perf_counter() - begin
+    reached = [f"{name} {value:g}" for name, value in answer.details.items()]
+    stopped = ", ".join(["direct", *reached])
+    return Run(method, answer.field, seconds, stopped, answer.ledger, answer.details)

@@ -6,7 +6,6 @@ import io
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +14,21 @@ from matplotlib.figure import Figure
 
 from flatland.errors import bad_input
 from flatland.results import write_atomically
+from studies.lines import LINES, line_of
+
+__all__ = [
+    "COLUMN",
+    "FORMATS",
+    "LINES",
+    "PAGE",
+    "curve_style",
+    "figure_style",
+    "line_of",
+    "save_figure",
+]
+
+#: Arguments of Matplotlib's drawing calls.
+Style = dict[str, Any]
 
 #: Widths of a column and of a page of text [inch].
 COLUMN, PAGE = 85 / 25.4, 175 / 25.4
@@ -29,6 +43,13 @@ _SETTINGS: dict[Any, Any] = {
     "ytick.labelsize": 6,
     "legend.fontsize": 6,
     "axes.linewidth": 0.5,
+    "axes.grid": False,
+    "xtick.major.width": 0.5,
+    "ytick.major.width": 0.5,
+    "xtick.minor.width": 0.3,
+    "ytick.minor.width": 0.3,
+    "legend.frameon": False,
+    "legend.handlelength": 2.6,
     "lines.linewidth": 0.8,
     "savefig.dpi": 300,
     "pdf.fonttype": 42,
@@ -37,29 +58,13 @@ _SETTINGS: dict[Any, Any] = {
 }
 
 
-@dataclass(frozen=True)
-class Line:
-    """How a method is drawn: a colour of Okabe and Ito's set; in grey, dashes and width tell."""
-
-    colour: str
-    dashes: Any = "-"
-    width: float = 0.6
-
-
-#: The cascaded LPV paper's colours for figure 5: DOM8 green, DOM4 blue, LPV red, analytic grey.
-LINES = {
-    "analytic": Line("#b0b0b0"),
-    "lpv": Line("#d55e00", width=0.9),
-    "dom4": Line("#0072b2", (0, (3, 1))),
-    "dom8": Line("#009e73", width=0.5),
-    "lpv-2009": Line("#cc79a7", (0, (4, 1, 1, 1))),
-}
-_SPARE = ("#e69f00", "#56b4e9", "#000000", "#f0e442")
-
-
-def line_of(name: str) -> Line:
-    """The style of a method; methods without one of their own get a spare colour by name."""
-    return LINES.get(name) or Line(_SPARE[sum(name.encode()) % len(_SPARE)], "-.")
+def curve_style(name: str, marked: bool = True) -> Style:
+    """Arguments of `Axes.plot` for a method's curve; `marked`: with a marker at each point."""
+    line = line_of(name)
+    marker: Style = (
+        {"marker": line.marker, "markersize": 2.6, "markeredgewidth": 0.5} if marked else {}
+    )
+    return {"color": line.colour, "linestyle": line.curve, **marker}
 
 
 @contextmanager

@@ -3,7 +3,12 @@
 from flatland.blocking.exact import exact_transmittance
 from flatland.blocking.fuzzy import fuzzy_reflection, fuzzy_transmittance
 from flatland.blocking.mirrors import exact_reflection
-from flatland.blocking.surfels import Surfels, surfels_of_segments
+from flatland.blocking.surfels import (
+    Surfels,
+    surfels_of,
+    surfels_of_facets,
+    surfels_of_segments,
+)
 
 __all__ = [
     "Surfels",
@@ -11,5 +16,7 @@ __all__ = [
     "exact_transmittance",
     "fuzzy_reflection",
     "fuzzy_transmittance",
+    "surfels_of",
+    "surfels_of_facets",
     "surfels_of_segments",
 ]

@@ -7,11 +7,12 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from flatland.blocking.exact import clipped_walls, forward, records
+from flatland.blocking.covers import Covers
+from flatland.blocking.exact import Beams, beams, forward_directions
 from flatland.grid import Grid
 from flatland.harmonics import AngularBasis
 from flatland.kernels.reflection import Reflection
-from flatland.sources import Segment
+from flatland.sources import Wall
 
 Array = NDArray[np.float64]
 Cells = NDArray[np.int64]
@@ -22,7 +23,7 @@ EDGE_ON = 1e-9
 
 def exact_reflection(
     grid: Grid,
-    segments: Sequence[Segment],
+    walls: Sequence[Wall],
     offsets: ArrayLike,
     basis: AngularBasis,
     transmittance: Array,
@@ -30,32 +31,28 @@ def exact_reflection(
     """What walls send back of what they stop, one reflection per colour of their albedo.
 
     Of the flux that leaves cell x along d, 1 − τ(x, d) is stopped. Each wall in that beam has
-    stopped a part of it that is proportional to the width of the beam it covers, and sends
-    albedo times that back into x as a Lambertian lobe along its normal, on the side that faces
-    the light. transmittance: (K, *shape), as `exact_transmittance` gives it.
+    stopped a part of it that is proportional to the width (in 3D, the area) of the beam it covers,
+    and sends albedo times that back into x as a Lambertian lobe along its normal, on the side that
+    faces the light. transmittance: (K, *shape), as `exact_transmittance` gives it.
 
-    What it gets wrong. Where one wall in a beam stands behind another, both reflect by their
-    width, not by what reaches them. The place on the wall is lost: light comes back from the
+    What it gets wrong. Where one wall in a beam stands behind another, both reflect by what
+    they cover, not by what reaches them. The place on the wall is lost: light comes back from the
     centre of x, up to a cell in front of the wall, so that a corridor narrower than a cell is
     one cell wide. Where few bands ring, negative flux is stopped and sent back like any other.
     The local term may then make a scheme unstable that is stable without walls: found with
     lpv-2009 (spectral radius 1.02 among loose white walls, 2 bands), not with LPV, DOM4 and DOM8.
     """
     steps = np.asarray(offsets, np.int64)
-    walls, origin = clipped_walls(grid, segments)
-    along = np.diff(walls, axis=1)[:, 0]
-    normals = np.stack([-along[:, 1], along[:, 0]], axis=1)
-    # A wall without length stops nothing.
-    normals /= np.maximum(np.hypot(*normals.T), np.finfo(float).tiny)[:, None]
-    albedo = np.array([segments[i].albedo for i in origin], float)
+    albedo = np.array([wall.albedo for wall in walls], float)
     number = np.full(grid.shape, -1)
     touched = np.argwhere((transmittance < 1).any(axis=0))
     number[tuple(touched.T)] = np.arange(len(touched))
     lobes = np.zeros((albedo.shape[1], len(touched), len(steps), basis.size))
-    for d, cells, wall, shares in _stopped(grid.shape, walls, steps, transmittance):
-        back = basis.lambertian(_facing(normals[wall], steps[d]), basis.flux_weight)
-        for result, share in zip(lobes, (shares[:, None] * albedo[wall]).T):
-            np.add.at(result[:, d], number[tuple(cells.T)], share[:, None] * back)
+    for d, stopped in _stopped(beams(grid, walls), grid.shape, steps, transmittance):
+        back = basis.lambertian(_facing(stopped.normals, steps[d]), basis.flux_weight)
+        rows = number[tuple(stopped.cells.T)]
+        for result, share in zip(lobes, (stopped.shares[:, None] * albedo[stopped.walls]).T):
+            np.add.at(result[:, d], rows, share[:, None] * back)
     return [without_idle_cells(touched, part) for part in lobes]
 
 
@@ -66,27 +63,35 @@ def without_idle_cells(cells: Cells, lobes: Array) -> Reflection:
 
 
 def _stopped(
-    shape: tuple[int, ...], walls: Array, steps: Cells, transmittance: Array
-) -> Iterator[tuple[int, Cells, Cells, Array]]:
-    """Per offset: its number, cells (M, 2), walls (M,) and the share that each stops (M,)."""
-    for d, step in enumerate(steps):
-        direction = np.array(forward(step))
-        cells, spans, _, wall = records(walls, direction)
-        if not np.array_equal(step, direction):
-            cells = cells + direction
-        inside = np.all((cells >= 0) & (cells < shape), axis=1)
-        cells, wall, widths = cells[inside], wall[inside], np.diff(spans[inside])[:, 0]
-        link = np.ravel_multi_index(tuple(cells.T), shape).astype(np.int64)
-        # Shut by its centre ray alone, by walls that cover nothing: each counts the same.
-        bare = np.bincount(link, widths, int(np.prod(shape)))[link] == 0
-        widths = np.where(bare, 1.0, widths)
-        total = np.bincount(link, widths, int(np.prod(shape)))[link]
-        yield d, cells, wall, widths / total * (1 - transmittance[(d, *cells.T)])
+    cut: Beams, shape: tuple[int, ...], steps: Cells, transmittance: Array
+) -> Iterator[tuple[int, Covers]]:
+    """Per offset: its number, and the share of a link's flux that each wall stops."""
+    for direction in forward_directions(steps):
+        covers = cut.covers(direction)
+        for d, step in enumerate(steps):
+            if np.array_equal(step, direction):
+                yield d, _shared_out(covers, shape, transmittance[d])
+            elif np.array_equal(step, -direction):
+                there = covers._replace(cells=covers.cells + direction)
+                yield d, _shared_out(there, shape, transmittance[d])
+
+
+def _shared_out(covers: Covers, shape: tuple[int, ...], open_share: Array) -> Covers:
+    """What is stopped of each link from a cell of the grid, among the walls in its beam."""
+    covers = covers.within(shape)
+    link = np.ravel_multi_index(tuple(covers.cells.T), shape).astype(np.int64)
+    count = int(np.prod(shape))
+    # Shut by its centre ray alone, by walls that cover nothing: each counts the same.
+    bare = np.bincount(link, covers.shares, count)[link] == 0
+    widths = np.where(bare, 1.0, covers.shares)
+    total = np.bincount(link, widths, count)[link]
+    shares = widths / total * (1 - open_share[tuple(covers.cells.T)])
+    return covers._replace(shares=shares)
 
 
 def _facing(normals: Array, step: Cells) -> Array:
-    """Normals (M, 2) turned against the light; straight back where a wall is seen edge-on."""
-    direction = step / np.hypot(*step)
+    """Normals (M, dimension) against the light; straight back where a wall is seen edge-on."""
+    direction = step / np.linalg.norm(step)
     slope = normals @ direction
     facing = normals * -np.sign(slope)[:, None]
     return np.where(np.abs(slope)[:, None] < EDGE_ON, -direction, facing)

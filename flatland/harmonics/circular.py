@@ -61,6 +61,23 @@ class CircularHarmonics(AngularBasis):
             (b - a) / np.sqrt(2 * np.pi), chord * np.cos(middle), chord * np.sin(middle)
         )
 
+    def cosine_arc_integral(self, starts: ArrayLike, stops: ArrayLike, angle: float) -> Array:
+        """∫ cos(θ - angle) y(θ) dθ from angle start to stop [rad], shapes (...) to (..., size).
+
+        cos(θ - φ) e^{imθ} = (e^{-iφ} e^{i(m+1)θ} + e^{iφ} e^{i(m-1)θ}) / 2.
+        """
+        a, b = np.broadcast_arrays(np.asarray(starts, float), np.asarray(stops, float))
+        orders = np.arange(-1, self.bands + 1)
+        half, middle = (b - a)[..., None] / 2, (a + b)[..., None] / 2
+        powers = 2 * half * np.sinc(half * orders / np.pi) * np.exp(1j * middle * orders)
+        turn = np.exp(1j * angle)
+        moments = 0.5 * (powers[..., 2:] / turn + powers[..., :-2] * turn)
+        return self._interleave(
+            moments[..., 0].real / np.sqrt(2 * np.pi),
+            moments[..., 1:].real / np.sqrt(np.pi),
+            moments[..., 1:].imag / np.sqrt(np.pi),
+        )
+
     def arc_gram(self, start: float, stop: float) -> Array:
         """∫ y yᵀ dθ over an arc, (size, size).
 

@@ -44,7 +44,7 @@ class PolygonIntegrals(AngularBasis):
         if self.bands > 1:
             lower = _edge_integral(type(self)(self.bands - 1), edges)
             flow = np.swapaxes(edges.normals, -1, -2) @ lower
-            result += np.tensordot(flow, _gradient(self), axes=([-2, -1], [0, 2]))
+            result += np.tensordot(flow, gradient_table(self), axes=([-2, -1], [0, 2]))
         return result
 
     def polygon_gram(self, vertices: ArrayLike) -> Array:
@@ -70,7 +70,7 @@ class PolygonIntegrals(AngularBasis):
         unit = self._unit(normals, "normals")
         wide = type(self)(self.bands + 1)
         integral = wide.polygon_integral(above_horizon(vertices, unit))
-        along = np.tensordot(integral, _times_direction(self, wide), axes=(-1, 2))
+        along = np.tensordot(integral, direction_products(self, wide), axes=(-1, 2))
         return np.asarray(np.sum(along * unit[..., :, None], axis=-2))
 
 
@@ -98,7 +98,7 @@ def _edge_integral(basis: AngularBasis, edges: Edges) -> Array:
 
 
 @lru_cache(maxsize=64)
-def _times_direction(basis: AngularBasis, wide: AngularBasis) -> Array:
+def direction_products(basis: AngularBasis, wide: AngularBasis) -> Array:
     """∫ ω_i y y'ᵀ dω over the sphere, (3, size, size of the other basis)."""
     directions, weights = basis.quadrature(basis.bands + wide.bands)
     left, right = basis.evaluate(directions), wide.evaluate(directions)
@@ -107,7 +107,7 @@ def _times_direction(basis: AngularBasis, wide: AngularBasis) -> Array:
 
 
 @lru_cache(maxsize=64)
-def _gradient(basis: AngularBasis) -> Array:
+def gradient_table(basis: AngularBasis) -> Array:
     """∇y / (l(l+1)) at r = 1 in harmonics one degree lower, (3, size, size of one band less).
 
     The lower part of ω_i y_l is the i-th derivative of the solid harmonic over 2l + 1.
@@ -116,7 +116,7 @@ def _gradient(basis: AngularBasis) -> Array:
     one_less = basis.degrees[:, None] - 1 == lower.degrees
     degree = np.maximum(basis.degrees, 1)[:, None]
     factor = (2 * degree + 1) / (degree * (degree + 1))
-    return np.where(one_less, factor * _times_direction(basis, lower), 0.0)
+    return np.where(one_less, factor * direction_products(basis, lower), 0.0)
 
 
 @lru_cache(maxsize=64)

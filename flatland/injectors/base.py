@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import abstractmethod
 from collections.abc import Sequence
 from pathlib import Path
-from typing import ClassVar, Literal, NamedTuple
+from typing import ClassVar, Literal, NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -81,6 +81,13 @@ class Injector(SceneItem):
     def wall_misfits(self, grid: Grid, walls: Sequence[Wall]) -> list[Broken]:
         """Rules that the keys break against the scene's walls; asked of lights that bounce."""
         return []
+
+    def refined(self, factor: int) -> Self:
+        """The same light on cells `factor` times as small; kinds that count in cells answer this.
+
+        Raises InputError where that light does not exist.
+        """
+        return self
 
     def budget(self, grid: Grid, walls: Sequence[Wall], colours: int = 0) -> LightBudget | None:
         """Where the light goes before it is reflected; None where nothing but a solver knows."""

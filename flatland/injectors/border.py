@@ -10,8 +10,7 @@ from numpy.typing import NDArray
 
 from flatland.blocking import exact_transmittance
 from flatland.grid import Grid
-from flatland.moved_segments import ON_BORDER
-from flatland.sources import Wall, segments_of
+from flatland.sources import Wall
 
 Array = NDArray[np.float64]
 
@@ -40,7 +39,7 @@ def border_sides(grid: Grid, walls: Sequence[Wall] = ()) -> list[Side]:
     inward = (
         np.repeat(np.eye(grid.dimension), 2, axis=0) * np.tile([1, -1], grid.dimension)[:, None]
     )
-    shares = exact_transmittance(grid, segments_of(walls), -inward.astype(int)) if walls else None
+    shares = exact_transmittance(grid, walls, -inward.astype(int)) if walls else None
     sides = []
     for number, direction in enumerate(inward):
         axis, upper = number // 2, bool(number % 2)
@@ -50,24 +49,3 @@ def border_sides(grid: Grid, walls: Sequence[Wall] = ()) -> list[Side]:
         open_ = np.ones(cells.shape[1]) if shares is None else shares[(number, *cells)]
         sides.append(Side(axis, upper, direction, cells, open_))
     return sides
-
-
-def open_stretches(grid: Grid, walls: Sequence[Wall], side: Side) -> list[tuple[Array, Array]]:
-    """The parts of a side in 2D that no wall lies on, as start and stop [m], inside on the left."""
-    place, along = (grid.shape[side.axis] if side.upper else 0), 1 - side.axis
-    ends = np.array([(wall.start, wall.stop) for wall in segments_of(walls)], float).reshape(
-        -1, 2, 2
-    )
-    cells = grid.to_cells(ends)
-    lying = np.all(np.abs(cells[..., side.axis] - place) <= ON_BORDER, axis=1)
-    covers = np.sort(np.clip(cells[lying][..., along], 0, grid.shape[along]), axis=1)
-    stretches, reached = [], 0.0
-    for low, high in [*sorted(covers.tolist()), [float(grid.shape[along])] * 2]:
-        if low - reached > ON_BORDER:
-            stretches.append((reached, low))
-        reached = max(reached, high)
-    corners = np.full((len(stretches), 2, 2), float(place))
-    corners[..., along] = np.reshape(stretches, (-1, 2))
-    # Counter-clockwise round the grid: up the right side, down the left one.
-    backwards = side.upper == (side.axis == 1)
-    return [(b, a) if backwards else (a, b) for a, b in grid.to_world(corners)]

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import ClassVar, Literal
+from typing import ClassVar, Literal, Self
 
 import numpy as np
 from pydantic import Field
 
+from flatland.errors import bad_input
 from flatland.grid import Grid
 from flatland.harmonics import AngularBasis, basis_for
 from flatland.injectors.base import Array, Deposit, Injector, unit_vector
@@ -44,6 +45,14 @@ class CellLight(Injector):
 
     def deposit(self, grid: Grid, basis: AngularBasis) -> Deposit:
         return Deposit(np.array(self.cell)[:, None], lobe(self.direction, basis)[None])
+
+    def refined(self, factor: int) -> Self:
+        """The small cell in the middle of this one; even factors have none."""
+        if factor % 2 == 0:
+            rule = "must be odd for a light of kind 'cell', whose point lies in the cell's middle"
+            raise bad_input("resolution", factor, rule)
+        cell = tuple(factor * index + factor // 2 for index in self.cell)
+        return self.model_copy(update={"cell": cell})
 
     def sources(self, grid: Grid, colours: int = 0) -> list[Source]:
         position = grid.cell_center(self.cell)

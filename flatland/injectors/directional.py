@@ -17,25 +17,28 @@ from flatland.injectors.cell import wrong_length
 from flatland.injectors.lamp import Lamp
 from flatland.injectors.values import Broken, Heading, PerColour
 from flatland.shadow_map import ShadowMap, map_directional_light
-from flatland.sources import ParallelSource, Source, Wall, segments_of
+from flatland.sources import ParallelSource, Source, Wall
 
 
 class DirectionalLight(Lamp):
-    """Irradiance E⊥ along one direction ω; the first bounce is albedo · E⊥ · width per texel.
+    """Irradiance E⊥ along one direction ω, from outside.
 
-    It comes in through the border. Through a border face of outward normal n enters the flux
-    E⊥ h max(0, −n·ω); as with environment light, it leaves the cell behind the face, as a peak
-    along ω: coefficients Φ y(ω). What that gets wrong: a peak of few bands is a wide lobe that is
-    negative elsewhere, and walls in the outer half of a border cell block as seen along the axis.
+    The first bounce is albedo · E⊥ · width (2D) or area (3D) of a texel across ω. The light comes
+    in through the border: through a border face of outward normal n enters the flux
+    E⊥ h^(dimension - 1) max(0, −n·ω); as with environment light, it leaves the cell behind the
+    face, as a peak along ω: coefficients Φ y(ω). What that gets wrong: a peak of few bands is a
+    wide lobe that is negative elsewhere, and walls in the outer half of a border cell block as
+    seen along the axis.
     """
 
-    dimensions: ClassVar = (2,)
+    dimensions: ClassVar = (2, 3)
     colour_keys: ClassVar = ("irradiance",)
 
     kind: Literal["directional"] = Field("directional", description="parallel light from outside")
     direction: Heading = Field(description="direction that the light travels along")
     irradiance: PerColour = Field(
-        description="[W/m] on a surface perpendicular to the light, a number or one per colour"
+        description="[W/m in 2D, W/m² in 3D] on a surface perpendicular to the light, a number or"
+        " one per colour"
     )
 
     @property
@@ -48,10 +51,11 @@ class DirectionalLight(Lamp):
         return unit_vector(self.direction)
 
     def grid_misfits(self, grid: Grid, directory: Path) -> list[Broken]:
-        return wrong_length("direction", self.direction, grid)
+        broken = wrong_length("direction", self.direction, grid)
+        return broken + super().grid_misfits(grid, directory)
 
     def shadow_map(self, grid: Grid, walls: Sequence[Wall]) -> ShadowMap:
-        return map_directional_light(grid, segments_of(walls), self.heading, self.texels)
+        return map_directional_light(grid, walls, self.heading, self.texels)
 
     def direct(self, grid: Grid, basis: AngularBasis, walls: Sequence[Wall]) -> Deposit:
         area = grid.spacing ** (grid.dimension - 1)

@@ -11,18 +11,20 @@ from pydantic import Field
 from flatland.grid import Grid
 from flatland.harmonics import AngularBasis
 from flatland.injectors.base import Deposit, Emission, Injector, Part, collect
-from flatland.injectors.border import border_sides, open_stretches
+from flatland.injectors.border import border_sides
+from flatland.injectors.open_border import open_sources
 from flatland.injectors.values import PerColour
-from flatland.sources import SegmentSource, Source, Wall
+from flatland.sources import Source, Wall
 
 
 class EnvironmentLight(Injector):
     """The same radiance L from every direction outside, into the outer layer of cells.
 
-    Through a border face of outward normal n comes h⟨−n|ω⟩₊L, a flux of 2hL (Kaplanyan &
-    Dachsbacher 2010, section 3.1, put environment maps into the outer layer too). A cell stores the
-    intensity that leaves it, and what comes into an empty cell leaves it again: so the light enters
-    the cells behind the border as if they emitted it. A cell at a corner has two border faces.
+    Through a border face of outward normal n comes h⟨−n|ω⟩₊L, a flux of 2hL in 2D, and h²⟨−n|ω⟩₊L,
+    a flux of πh²L, in 3D (Kaplanyan & Dachsbacher 2010, section 3.1, put environment maps into the
+    outer layer too). A cell stores the intensity that leaves it, and what comes into an empty cell
+    leaves it again: so the light enters the cells behind the border as if they emitted it. A cell
+    at an edge of the grid has a border face on each side.
     What it gets wrong: the flux is exact, but the cell's centre stands for the whole face, as it
     does in every step. In an empty grid the answer is uniform, and so is that of axial schemes
     with one band; with more, a scheme's own light would arrive in other directions than ⟨−n|ω⟩₊,
@@ -31,12 +33,13 @@ class EnvironmentLight(Injector):
     The light does not bounce: it casts no shadow map.
     """
 
-    dimensions: ClassVar = (2,)
+    dimensions: ClassVar = (2, 3)
     colour_keys: ClassVar = ("radiance",)
 
     kind: Literal["environment"] = Field("environment", description="light from all around")
     radiance: PerColour = Field(
-        description="radiance [W/(m rad)] of the surroundings, a number or one per colour"
+        description="radiance [W/(m rad) in 2D, W/(m² sr) in 3D] of the surroundings, a number or"
+        " one per colour"
     )
 
     @property
@@ -68,11 +71,11 @@ class EnvironmentLight(Injector):
         """
         if part == "bounce":
             return []
-        ends = [pair for side in border_sides(grid) for pair in open_stretches(grid, walls, side)]
         radiance = self.channels(colours)
         return [
-            SegmentSource(start, stop, 2 * float(np.hypot(*(stop - start))) * radiance)
-            for start, stop in ends
+            source
+            for side in border_sides(grid)
+            for source in open_sources(grid, walls, side, radiance)
         ]
 
     def _deposit(self, grid: Grid, basis: AngularBasis, walls: Sequence[Wall]) -> Deposit:

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import ClassVar, Literal
+from typing import ClassVar, Literal, Self
 
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, PrivateAttr
 
-from flatland.errors import InputError
+from flatland.errors import InputError, bad_input
 from flatland.grid import Grid
 from flatland.harmonics import AngularBasis
 from flatland.injectors.base import Array, Deposit, Injector
@@ -47,6 +47,13 @@ class FileLight(Injector):
     multiplier: PerColour = Field(1.0, description="factor, a number or one per colour")
     _loaded: Coefficients | None = PrivateAttr(None)
 
+    @classmethod
+    def of_values(cls, values: Array, multiplier: float | tuple[float, ...] = 1.0) -> FileLight:
+        """The same from coefficients (size, *grid shape) that are in memory: no file is read."""
+        light = cls.model_construct(file="memory", multiplier=multiplier)
+        light._loaded = Coefficients(values)
+        return light
+
     @property
     def strength(self) -> float | tuple[float, ...]:
         return self.multiplier
@@ -66,6 +73,12 @@ class FileLight(Injector):
         kept = min(basis.size, values.shape[1])
         coefficients[:, :kept] = values[:, :kept]
         return Deposit(cells, coefficients)
+
+    def refined(self, factor: int) -> Self:
+        if factor > 1:
+            rule = "must be 1 for a light of kind 'file', whose coefficients belong to its cells"
+            raise bad_input("resolution", factor, rule)
+        return self
 
     def sources(self, grid: Grid, colours: int = 0) -> list[Source]:
         cells, values = self._lit(grid)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Sequence
+from pathlib import Path
 from typing import ClassVar, Literal
 
 from pydantic import Field
@@ -12,7 +13,7 @@ from flatland.grid import Grid
 from flatland.harmonics import AngularBasis
 from flatland.injectors.base import Deposit, Emission, Injector, Part
 from flatland.injectors.bounce import bounce_emissions, bounce_sources
-from flatland.injectors.values import Texels
+from flatland.injectors.values import MOST_TEXELS_3D, Broken, Texels
 from flatland.shadow_map import LightBudget, ShadowMap, light_budget
 from flatland.sources import Source, Wall
 
@@ -31,10 +32,18 @@ class Lamp(Injector):
     part: Literal["both", "direct", "bounce"] = Field(
         "both", alias="inject", description="what is injected: its own light, the bounce, or both"
     )
-    texels: Texels = Field(256, description="texels of its shadow map")
+    texels: Texels = Field(
+        256, description="texels of its shadow map; in 3D along each side of the map"
+    )
     weight: Literal["exact", "lpv2009"] = Field(
         "exact", description='flux of a texel; "lpv2009" counts the cosine twice, as printed there'
     )
+
+    def grid_misfits(self, grid: Grid, directory: Path) -> list[Broken]:
+        if grid.dimension == 2 or self.texels <= MOST_TEXELS_3D:
+            return []
+        rule = f"must be at most {MOST_TEXELS_3D} in 3D, where maps are squares of texels"
+        return [Broken(rule, key="texels", value=self.texels)]
 
     @abstractmethod
     def shadow_map(self, grid: Grid, walls: Sequence[Wall]) -> ShadowMap:
@@ -77,7 +86,7 @@ class Lamp(Injector):
         colours: int = 0,
         part: Part = "both",
     ) -> list[Source]:
-        """The light itself, and lit walls as Lambertian segments of its shadow map's flux."""
+        """The light itself, and lit walls as Lambertian surfaces of its shadow map's flux."""
         if part == "lamp":
             return self.lamps(grid, colours)
         sources = [] if part == "bounce" else self.sources(grid, colours)

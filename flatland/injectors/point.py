@@ -11,24 +11,26 @@ from pydantic import Field
 
 from flatland.grid import Grid
 from flatland.harmonics import AngularBasis
-from flatland.injectors.base import Array, Deposit
+from flatland.injectors.base import Deposit
 from flatland.injectors.cell import point_source, wrong_length
 from flatland.injectors.lamp import Lamp
 from flatland.injectors.values import Broken, PerColour, Position
 from flatland.moved_segments import ON_BORDER
 from flatland.shadow_map import ShadowMap, map_point_light
-from flatland.sources import Segment, Source, Wall, segments_of
+from flatland.sources import Source, Wall
+from flatland.touching import touches
 
 
 class PointLight(Lamp):
-    """Intensity Φ/2π in every direction; the first bounce is Φ_o = albedo · Φ/2π · Δθ per texel.
+    """Intensity Φ/2π (2D) or Φ/4π (3D) in every direction.
 
+    The first bounce is Φ_o = albedo · Φ Δθ/2π or albedo · Φ Ω/4π per texel of angle Δθ or Ω.
     Its own light leaves the cell that holds it, isotropic; on a cell border, the cells on both
     sides in equal parts. What that gets wrong: the position inside the cell is lost, and with it
     the shade of walls in the same cell.
     """
 
-    dimensions: ClassVar = (2,)
+    dimensions: ClassVar = (2, 3)
     colour_keys: ClassVar = ("flux",)
 
     kind: Literal["point"] = Field("point", description="shines in all directions from a point")
@@ -42,25 +44,22 @@ class PointLight(Lamp):
     def grid_misfits(self, grid: Grid, directory: Path) -> list[Broken]:
         if broken := wrong_length("position", self.position, grid):
             return broken
+        broken = super().grid_misfits(grid, directory)
         cells = grid.to_cells(self.position)
-        if np.all((cells > ON_BORDER) & (cells < np.array(grid.shape) - ON_BORDER)):
-            return []
-        spans = " x ".join(f"{o:g} to {u:g}" for o, u in zip(grid.origin, grid.upper))
-        rule = f"must lie inside the grid, {spans}, and not on its border"
-        return [Broken(rule, key="position", value=self.position)]
+        if not np.all((cells > ON_BORDER) & (cells < np.array(grid.shape) - ON_BORDER)):
+            spans = " x ".join(f"{o:g} to {u:g}" for o, u in zip(grid.origin, grid.upper))
+            rule = f"must lie inside the grid, {spans}, and not on its border"
+            broken.append(Broken(rule, key="position", value=self.position))
+        return broken
 
     def wall_misfits(self, grid: Grid, walls: Sequence[Wall]) -> list[Broken]:
-        if (
-            not walls
-            or _distances(segments_of(walls), np.array(self.position)).min()
-            > ON_BORDER * grid.spacing
-        ):
+        if not touches(walls, np.array(self.position), ON_BORDER * grid.spacing):
             return []
         rule = "must not lie on an occluder: move it to the side that it is to light"
         return [Broken(rule, key="position", value=self.position)]
 
     def shadow_map(self, grid: Grid, walls: Sequence[Wall]) -> ShadowMap:
-        return map_point_light(grid, segments_of(walls), np.array(self.position), self.texels)
+        return map_point_light(grid, walls, np.array(self.position), self.texels)
 
     def direct(self, grid: Grid, basis: AngularBasis, walls: Sequence[Wall]) -> Deposit:
         place = grid.to_cells(self.position)
@@ -71,12 +70,3 @@ class PointLight(Lamp):
 
     def lamps(self, grid: Grid, colours: int) -> list[Source]:
         return [point_source(np.array(self.position), self.channels(colours), None)]
-
-
-def _distances(walls: Sequence[Segment], point: Array) -> Array:
-    """Distance (S,) of a point (2,) from each wall [m]."""
-    start = np.array([wall.start for wall in walls])
-    along = np.array([wall.stop for wall in walls]) - start
-    square = np.maximum(np.sum(along**2, axis=1), np.finfo(float).tiny)
-    part = np.clip(np.sum((point - start) * along, axis=1) / square, 0.0, 1.0)
-    return np.hypot(*(start + part[:, None] * along - point).T)

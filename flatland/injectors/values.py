@@ -15,6 +15,10 @@ LARGEST = 1e100
 MOST_CELLS = 2**31 - 1
 #: Most texels of a shadow map, and most sides of a circle.
 MOST_TEXELS, MOST_SIDES = 2**20, 2**16
+#: Endings of mesh files, in either case.
+MESH_ENDINGS = (".stl", ".obj", ".ply", ".off")
+#: Most texels along a side of a shadow map in 3D.
+MOST_TEXELS_3D = 1024
 #: Marks "the value that was given", where a broken rule brings no value of its own.
 AS_GIVEN = object()
 
@@ -84,6 +88,18 @@ def check_space_point(value: Any) -> tuple[float, float, float]:
     return check_list(value, (3,), check_number, "3 numbers, [x, y, z]")
 
 
+def check_space_vertices(value: Any, count: int | None = None) -> tuple[Any, ...]:
+    """At least 3 points in space, or exactly `count`."""
+    what = f"a list of {count or 'at least 3'} points [x, y, z]"
+    if not isinstance(value, list | tuple) or len(value) < 3 or count not in (None, len(value)):
+        raise refuse(Broken(f"must be {what}"))
+    return tuple(check_list(point, (3,), check_number, what) for point in value)
+
+
+def check_quad(value: Any) -> tuple[Any, ...]:
+    return check_space_vertices(value, 4)
+
+
 def check_position(value: Any) -> tuple[float, ...]:
     return check_list(value, (2, 3), check_number, "2 or 3 numbers, one per axis")
 
@@ -99,11 +115,11 @@ def check_direction(value: Any) -> tuple[float, ...]:
     return direction
 
 
-def check_radius(value: Any) -> float:
-    radius = check_number(value)
-    if radius < 1 / LARGEST:
+def check_positive(value: Any) -> float:
+    number = check_number(value)
+    if number < 1 / LARGEST:
         raise refuse(Broken(f"must be greater than 0, at least {1 / LARGEST:g}"))
-    return radius
+    return number
 
 
 def check_texels(value: Any) -> int:
@@ -156,21 +172,37 @@ def check_text(value: Any) -> str:
     return value
 
 
-def check_file_name(value: Any) -> str:
+def check_file_name(
+    value: Any, what: str = "a data file", endings: tuple[str, ...] = (".npy", ".npz")
+) -> str:
     name = check_text(value)
-    if not name or "\0" in name or not name.endswith((".npy", ".npz")):
-        raise refuse(Broken("must be the name of a data file", (".npy", ".npz")))
+    if not name or "\0" in name or not name.endswith(endings):
+        raise refuse(Broken(f"must be the name of {what}", endings))
     return name
+
+
+def check_mesh_name(value: Any) -> str:
+    check_file_name(str(value).lower(), "a mesh file", MESH_ENDINGS)
+    return check_text(value)
 
 
 Spacing = Annotated[float, PlainValidator(check_spacing)]
 Point = Annotated[tuple[float, float], PlainValidator(check_point)]
 SpacePoint = Annotated[tuple[float, float, float], PlainValidator(check_space_point)]
+OptionalPoint = Annotated[tuple[float, float] | None, PlainValidator(check_point)]
+SpaceVertices = Annotated[
+    tuple[tuple[float, float, float], ...], PlainValidator(check_space_vertices)
+]
+OptionalSpaceVertices = Annotated[
+    tuple[tuple[float, float, float], ...] | None, PlainValidator(check_space_vertices)
+]
+Quad = Annotated[tuple[tuple[float, float, float], ...], PlainValidator(check_quad)]
 Origin = Annotated[tuple[float, ...], PlainValidator(check_origin)]
 Direction = Annotated[tuple[float, ...] | None, PlainValidator(check_direction)]
 Position = Annotated[tuple[float, ...], PlainValidator(check_position)]
 Heading = Annotated[tuple[float, ...], PlainValidator(check_direction)]
-Radius = Annotated[float, PlainValidator(check_radius)]
+Radius = Annotated[float, PlainValidator(check_positive)]
+Factor = Annotated[float, PlainValidator(check_positive)]
 Texels = Annotated[int, PlainValidator(check_texels)]
 Sides = Annotated[int, PlainValidator(check_sides)]
 Vertices = Annotated[tuple[tuple[float, float], ...], PlainValidator(check_vertices)]
@@ -183,3 +215,4 @@ OptionalPerColour = Annotated[float | tuple[float, ...] | None, PlainValidator(c
 Share = Annotated[float | tuple[float, ...], PlainValidator(check_share)]
 Text = Annotated[str, PlainValidator(check_text)]
 FileName = Annotated[str, PlainValidator(check_file_name)]
+MeshName = Annotated[str, PlainValidator(check_mesh_name)]

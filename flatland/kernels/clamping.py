@@ -15,13 +15,18 @@ if TYPE_CHECKING:
 
 
 def clamped_steps(
-    sweep: Sweep, source: Buffer, target: Buffer, total: Buffer, count: int
+    sweep: Sweep,
+    source: Buffer,
+    target: Buffer,
+    total: Buffer,
+    count: int,
+    lit: tuple[int, int] | None = None,
 ) -> StepSums:
     """Steps one by one, with the flux that was sent and that left counted after clamping."""
     reports = []
     for _ in range(count):
         sent, left = _sent_and_left(sweep, source)
-        report = sweep.plain_steps(source, target, total, 1)
+        report = sweep.plain_steps(source, target, total, 1, lit)
         reports.append(replace(report, sent=np.array([sent]), left=np.array([left])))
         source, target = target, source
     return StepSums.joined(reports)

@@ -19,6 +19,9 @@ from flatland.stencil import Stencil
 
 Array = NDArray[np.float64]
 
+#: Numbers of a cell's lobes up to which it does not matter how they are kept: a few cache lines.
+_FEW = 64
+
 
 @dataclass(frozen=True, eq=False)
 class Reflection:
@@ -48,35 +51,48 @@ class Reflector:
     def __init__(self, reflection: Reflection, stencil: Stencil, layout: Layout) -> None:
         self.stencil, self.stride = stencil, layout.component_stride
         self._index = layout.index(reflection.cells)
-        self._lobes = np.ascontiguousarray(reflection.lobes)
         self._rows = sent_rows(stencil)
+        lobes = np.ascontiguousarray(np.moveaxis(reflection.lobes, 1, 2))
+        #: Whether cells are multiplied by blocks (M, size, size) or fluxes by lobes (M, size, K).
+        self._by_blocks = _are_smaller(lobes.shape[1:]) and not stencil.clamp
+        self._factors = reflection.blocks(stencil) if self._by_blocks else lobes
 
     def add(self, source: Buffer, target: Buffer, factor: float) -> None:
         """target += factor · (what comes back of `source`)."""
-        _add(self._fluxes(source), self._lobes, self._index, self.stride, factor, target, None)
+        _add(self._sent(source), self._factors, self._index, self.stride, factor, target, None)
 
     def step(self, source: Buffer, target: Buffer, total: Buffer) -> Array:
         """Add to the newest light and to the total; returns changes (size + 2,) of their sums.
 
         Per component; of the sum of all squares; and the flux that came back.
         """
-        fluxes = self._fluxes(source)
-        return np.asarray(_add(fluxes, self._lobes, self._index, self.stride, 1.0, target, total))
+        sent = self._sent(source)
+        return np.asarray(_add(sent, self._factors, self._index, self.stride, 1.0, target, total))
 
-    def _fluxes(self, source: Buffer) -> Array:
-        """Flux (M, K), in units of coefficient 0, that the cells send along each offset."""
-        if not self.stencil.clamp:
+    def _sent(self, source: Buffer) -> Array:
+        """Flux (M, K), in units of coefficient 0, that the cells send along each offset; or their
+        light (M, size), where the factors are blocks."""
+        if not (self.stencil.clamp or self._by_blocks):
             return np.asarray(_linear_fluxes(source, self._index, self.stride, self._rows))
+        places = self._index[:, None] + self.stride * np.arange(self._rows.shape[1])
+        light = source[places].astype(float)
+        if self._by_blocks:
+            return light
         assert self.stencil.reception is not None
         assert self.stencil.emission is not None
-        places = self._index[:, None] + self.stride * np.arange(self._rows.shape[1])
-        faces = np.einsum("dfk,mk->mdf", self.stencil.reception, source[places].astype(float))
+        faces = np.einsum("dfk,mk->mdf", self.stencil.reception, light)
         return np.einsum("df,mdf->md", self.stencil.emission[:, 0], np.maximum(faces, 0.0))
 
 
 def sent_rows(stencil: Stencil) -> Array:
     """T_d[0, :], (K, size): flux sent along each offset per unit of each coefficient."""
     return np.ascontiguousarray(significant(stencil.transfer)[:, 0, :])
+
+
+def _are_smaller(shape: tuple[int, ...]) -> bool:
+    """Whether a cell's block (size, size) is worth having beside its lobes (size, K)."""
+    size, offsets = shape
+    return size < offsets and size * offsets > _FEW
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
@@ -91,14 +107,14 @@ def _linear_fluxes(source, index, stride, rows):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def _add(fluxes, lobes, index, stride, factor, target, total):  # type: ignore[no-untyped-def]
-    size = lobes.shape[2]
+def _add(sent, factors, index, stride, factor, target, total):  # type: ignore[no-untyped-def]
+    size = factors.shape[1]
     report = np.zeros(size + 2)
     for m in range(index.size):
         for k in range(size):
             share = 0.0
-            for d in range(fluxes.shape[1]):
-                share += lobes[m, d, k] * fluxes[m, d]
+            for d in range(sent.shape[1]):
+                share += factors[m, k, d] * sent[m, d]
             at = index[m] + k * stride
             old = float(target[at])
             target[at] += factor * share

@@ -78,16 +78,25 @@ class Sweep:
     def _width(self) -> int:
         return len(self.recipe.sums) + 2
 
-    def steps(self, source: Buffer, target: Buffer, total: Buffer, count: int) -> StepSums:
+    def steps(
+        self,
+        source: Buffer,
+        target: Buffer,
+        total: Buffer,
+        count: int,
+        lit: tuple[int, int] | None = None,
+    ) -> StepSums:
         """`count` steps from `source`, in turn into `target` and back, each added to `total`.
 
-        After an even number of steps the newest light is in `source`.
+        After an even number of steps the newest light is in `source`. lit: cells along the first
+        axis, from and to (excluded), outside of which all buffers are zero and stay so; they are
+        not touched.
         """
         if self._reflector is not None:
-            return self._reflected_steps(source, target, total, count)
+            return self._reflected_steps(source, target, total, count, lit)
         if self.stencil.clamp:
-            return clamped_steps(self, source, target, total, count)
-        return self.plain_steps(source, target, total, count)
+            return clamped_steps(self, source, target, total, count, lit)
+        return self.plain_steps(source, target, total, count, lit)
 
     def reflecting(self, reflection: Reflection | None) -> Sweep:
         """This sweep followed by a reflection; shares the compiled code."""
@@ -101,14 +110,19 @@ class Sweep:
         return twin
 
     def _reflected_steps(
-        self, source: Buffer, target: Buffer, total: Buffer, count: int
+        self,
+        source: Buffer,
+        target: Buffer,
+        total: Buffer,
+        count: int,
+        lit: tuple[int, int] | None,
     ) -> StepSums:
         """Steps one by one, each followed by what walls send back."""
         assert self._reflector is not None
         sweep = clamped_steps if self.stencil.clamp else Sweep.plain_steps
         reports = []
         for _ in range(count):
-            report = sweep(self, source, target, total, 1)
+            report = sweep(self, source, target, total, 1, lit)
             change = self._reflector.step(source, target, total)
             components = report.components + change[list(self.recipe.sums)]
             squares = report.squares + change[-2]
@@ -118,18 +132,28 @@ class Sweep:
             source, target = target, source
         return StepSums.joined(reports)
 
-    def plain_steps(self, source: Buffer, target: Buffer, total: Buffer, count: int) -> StepSums:
+    def plain_steps(
+        self,
+        source: Buffer,
+        target: Buffer,
+        total: Buffer,
+        count: int,
+        lit: tuple[int, int] | None = None,
+    ) -> StepSums:
         """Steps whose `left` is that of the stencil's transfer matrices."""
         if self.by_matrices:
             return self._matrix_steps(source, target, total, count)
-        parties = self._parties(_WORTH_SHARING_CALL if count == 1 else _WORTH_SHARING_BATCH)
+        per_plane = self.layout.rows // self.layout.shape[0]
+        begin, end = (0, self._rows) if lit is None else (lit[0] * per_plane, lit[1] * per_plane)
+        worth = _WORTH_SHARING_CALL if count == 1 else _WORTH_SHARING_BATCH
+        parties = self._parties(worth, end - begin)
         sums = np.zeros((parties, count, self._width))
         counter = np.zeros(1, np.int64)
         fields = [address(buffer) for buffer in (source, target, total, self.transmittance)]
         border = [address(self.border_cells), address(self.border_weights)]
 
         def part(party: int, running: int) -> None:
-            rows = rows_of(party, running, self.layout.rows)
+            rows = [begin + row for row in rows_of(party, running, end - begin)]
             cells = rows_of(party, running, len(self.border_cells))
             self._steps(
                 *fields, *rows, sums[party].ctypes.data, count, *border, *cells,
@@ -172,7 +196,7 @@ class Sweep:
         def part(party: int, running: int) -> None:
             call(source, target, rest, tau, *rows_of(party, running, self._rows), numbers)
 
-        run_shared(part, self._parties(_WORTH_SHARING_CALL))
+        run_shared(part, self._parties(_WORTH_SHARING_CALL, self._rows))
 
     @cached_property
     def _combine(self) -> Callable[..., None]:
@@ -198,8 +222,9 @@ class Sweep:
         light = source[self.border_cells[:, None] + offsets]
         return float(np.sum(light * self.border_weights, dtype=float))
 
-    def _parties(self, worth: int) -> int:
-        return min(thread_count(), self.layout.rows) if self._work > worth else 1
+    def _parties(self, worth: int, rows: int) -> int:
+        work = self._work * rows // self._rows
+        return min(thread_count(), rows) if work > worth else 1
 
     def _padded(self, transmittance: NDArray[np.float64] | None) -> Buffer | None:
         """τ in the layout of the fields, its border 1 (only zeros come from there)."""

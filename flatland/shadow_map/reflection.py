@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flatland.shadow_map.budget import LightBudget
-from flatland.shadow_map.surfels import ShadowMap
+from flatland.shadow_map.maps import ShadowMap
 from flatland.sources import Wall
 
 Array = NDArray[np.float64]
@@ -28,13 +28,14 @@ def reflected_flux(
 ) -> Array:
     """Flux (K, C) [W] that each lit piece reflects; strength (C,) of the light per colour."""
     share = WEIGHTS[weight](shadow_map) * shadow_map.received
-    return share[:, None] * lit_albedo(shadow_map, walls, strength.size) * strength
+    albedo = albedo_table(walls, strength.size)[shadow_map.walls]
+    return np.asarray(share[:, None] * albedo * strength)
 
 
-def lit_albedo(shadow_map: ShadowMap, walls: Sequence[Wall], colours: int) -> Array:
-    """Albedo (K, C) of each lit piece."""
+def albedo_table(walls: Sequence[Wall], colours: int) -> Array:
+    """Albedo (walls, C) of each wall."""
     rows = [np.broadcast_to(wall.albedo, colours) for wall in walls]
-    return np.array(rows, float).reshape(-1, colours)[shadow_map.walls]
+    return np.array(rows, float).reshape(-1, colours)
 
 
 def light_budget(shadow_map: ShadowMap, walls: Sequence[Wall], strength: Array) -> LightBudget:

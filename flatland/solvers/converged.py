@@ -17,6 +17,7 @@ from flatland.solvers.factorization import factorization, is_factorized
 from flatland.solvers.gmres import flexible_gmres
 from flatland.solvers.multigrid import Multigrid
 from flatland.solvers.vectors import norm
+from flatland.solvers.watching import applied
 from flatland.stability import RADIUS_TOLERANCE
 
 METHODS = ("auto", "multigrid", "mirrored", "stepping", "krylov", "factorization")
@@ -73,8 +74,12 @@ class _Problem:
 
     def apply(self, values: Buffer, result: Buffer) -> None:
         """(1 − A) x."""
-        self.applications += 1
+        self.count(1)
         self.sweep.combine(1.0, 0.0, -1.0, values, values, result)
+
+    def count(self, applications: int) -> None:
+        self.applications += applications
+        applied(applications)
 
     def residual(self, answer: Buffer) -> float:
         scale = norm(self.right)
@@ -169,7 +174,7 @@ def _stepping(problem: _Problem, tolerance: float) -> Buffer:
     for _ in range(_STEPPING_SWEEPS // _STEPPING_BATCH):
         sums = problem.sweep.steps(source, target, answer, _STEPPING_BATCH)
         problem.iterations += _STEPPING_BATCH
-        problem.applications += _STEPPING_BATCH
+        problem.count(_STEPPING_BATCH)
         if not sums.squares[-1] > (0.5 * goal) ** 2:
             break
     return answer

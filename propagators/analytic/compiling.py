@@ -10,6 +10,15 @@ from flatland.kernels.threads import thread_count
 #: compile time. The cache is keyed by each function's own file: after editing a callee in another
 #: file, clear propagators/analytic/__pycache__.
 inner = njit(cache=True, error_model="numpy", no_cpython_wrapper=True, no_cfunc_wrapper=True)
+#: The same, copied into their callers: for small ones in hot loops, where handing over a dozen
+#: arrays costs more than the work.
+inlined = njit(
+    cache=True,
+    error_model="numpy",
+    no_cpython_wrapper=True,
+    no_cfunc_wrapper=True,
+    forceinline=True,
+)
 #: For functions that Python calls, perhaps in several threads at once. Numba's own threads would
 #: take two seconds longer to compile, and be a second pool beside the one of the stencils.
 shared = njit(cache=True, error_model="numpy", nogil=True)

@@ -1,60 +1,67 @@
-"""The exact answer for flat scenes, as a propagator."""
+"""The exact answer to a scene, as a propagator."""
 
 from __future__ import annotations
 
-from dataclasses import replace
-from typing import ClassVar
+from collections.abc import Callable
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from flatland.errors import bad_input
 from flatland.field import Field
-from flatland.harmonics import CircularHarmonics
 from flatland.ledger import Ledger
-from flatland.memory import require_memory
 from flatland.scene import Scene
-from propagators.analytic.arcs import Arc, visible_arcs
-from propagators.analytic.balance import absorbed_flux, arriving_flux, balance
-from propagators.analytic.beams import beam_intensity, ray_intensity
-from propagators.analytic.checks import checked_directions, checked_points
-from propagators.analytic.elements import cut_walls
-from propagators.analytic.geometry import Geometry, read_geometry
-from propagators.analytic.irradiance import SurfaceLight, irradiance_at
-from propagators.analytic.lighting import collect_all
-from propagators.analytic.radiosity import Bounced, all_emitters, bounce
+from propagators.analytic.arcs import Arc
+from propagators.analytic.flat import FlatAnswer
+from propagators.analytic.irradiance import SurfaceLight
 from propagators.base import Option, Propagator
 
+if TYPE_CHECKING:
+    from propagators.analytic_3d.answer import VolumeAnswer
+    from propagators.analytic_3d.irradiance import FacetLight
+
 Array = NDArray[np.float64]
+#: Called now and then with the share of the work that is done, from 0 to 1.
+Progress = Callable[[float], object]
 
 
 class Analytic(Propagator):
-    """The reference in 2D: what leaves each cell, in closed form in angle and in space.
+    """The reference: what leaves each cell, exactly in angle.
 
-    I_ref(ω) = ∫_{∂cell, n·ω>0} L(x, ω) (n·ω) dA (numerics §1). Between the places where edges of
-    segments line up, what a face sees of an emitter is bounded by two edges, and its harmonics
-    are a sum over four strings (`strings`; Hottel 1954 for band 0). There is nothing to refine:
-    the error is rounding, about 1e-13 of the largest coefficient, at any number of bands.
+    I_ref(ω) = ∫_{∂cell, n·ω>0} L(x, ω) (n·ω) dA (numerics §1).
 
-    Lights are Lambertian segments, opaque from both sides and black, points, and parallel light.
-    Light that arrives at a face on which a segment lies counts as outflow of the cell it comes
-    from; light that starts there is no outflow of the cell behind. Parallel light comes in from
-    outside past what lies in the grid and on its border, except for segment lights on the border:
-    they stand for the surroundings, such as a sky.
+    Lights are Lambertian segments (2D) or polygons (3D), opaque from both sides and black, points,
+    and parallel light. Light that arrives at a face on which a wall lies counts as outflow of the
+    cell it comes from; light that starts there is no outflow of the cell behind. Parallel light
+    comes in from outside past what lies in the grid and on its border, except for area lights on
+    the border: they stand for the surroundings, such as a sky. Where occluders have an albedo, both
+    their sides reflect diffusely, any number of times. Only what lies in the grid reflects.
 
-    Where occluders have an albedo, both their sides reflect diffusely, any number of times: what
-    they send is found by radiosity (`radiosity`; Goral et al. 1984) on elements of at most
-    `element` cells and then treated like any other emitter. Only what lies in the grid reflects.
+    In 2D, closed form in angle and in space. Between the places where edges of segments line up,
+    what a face sees of an emitter is bounded by two edges, and its harmonics are a sum over four
+    strings (`strings`; Hottel 1954 for band 0). There is nothing to refine: the error is rounding,
+    about 1e-13 of the largest coefficient, at any number of bands. Bounces are radiosity
+    (`radiosity`; Goral et al. 1984) on elements of at most `element` cells.
 
-    What it gets wrong: a reflecting wall's radiance is constant on an element, the one error that
-    is not rounding: `bounce_error` measures it. Geometry is exact to 1e-10 cells: nearer things
-    touch. A light shorter than 1e-5 cells therefore loses digits in its penumbrae (1e-9 of its
-    flux at 1e-8 cells).
+    In 3D, closed form in angle: at a point of a face, walls take their shadows out of an emitter,
+    and the harmonics of the convex pieces left are sums over their edges (`analytic_3d.flow`). Over
+    a face that is integrated by Gauss rules on panels, split where walls and planes of lights meet
+    them and cut adaptively until the field meets `tolerance`. Points and parallel light are exact.
+    Bounces are radiosity between elements that lines through the scene connect; the same kind of
+    lines carries what elements send through cells (`analytic_3d.radiosity`, `analytic_3d.cells`),
+    as many as `tolerance` asks for.
+
+    What it gets wrong: a reflecting wall's radiance is constant on an element: `bounce_error`
+    measures that. Geometry is exact to 1e-10 cells: nearer things touch. In 2D, a light shorter
+    than 1e-5 cells therefore loses digits in its penumbrae (1e-9 of its flux at 1e-8 cells). In 3D
+    the error estimate for direct light can miss a shadow much narrower than half a cell, and that
+    for bounces is one of two random answers: it scatters by a few per cent of itself.
     """
 
     name = "analytic"
-    summary = "the exact answer in 2D: visible arcs and crossed strings"
-    dimensions: ClassVar = (2,)
+    summary = "the exact answer: crossed strings in 2D, spherical polygons in 3D"
+    dimensions: ClassVar = (2, 3)
     options = (
         Option(
             "element",
@@ -65,137 +72,95 @@ class Analytic(Propagator):
             maximum=1000.0,
         ),
         Option("bounces", bool, True, "walls send light back as their albedo says; else all black"),
+        Option(
+            "tolerance",
+            float,
+            1e-3,
+            "relative L2 error of a field in 3D, elements apart; 2D is exact",
+            minimum=1e-8,
+            maximum=0.1,
+        ),
     )
 
-    def solve(self, scene: Scene, bands: int, tolerance: float = 1e-8) -> Field:
-        """The exact field, coefficients ([colours,] size, nx, ny).
+    def solve(
+        self,
+        scene: Scene,
+        bands: int,
+        tolerance: float = 1e-8,
+        progress: Progress | None = None,
+    ) -> Field:
+        """The exact field, coefficients ([colours,] size, nx, ny[, nz]).
 
-        tolerance is there for the common signature: the closed form meets any that float64 can.
-        Where walls reflect, `element` sets the error instead.
+        tolerance is there for the common signature: in 2D the closed form meets any that float64
+        can, in 3D the option of that name counts. Where walls reflect, `element` sets an error of
+        its own. progress: called with the share done, in 3D.
+        Raises ConvergenceError where light between walls never ends, or takes too many lines.
         """
-        return self._field(scene, bands, self.values["element"])
+        return self._answer(scene, progress).field(bands)
 
     def bounce_error(self, scene: Scene, bands: int) -> float:
         """Relative L2 change of the field when `element` is halved; 0 where nothing reflects.
 
         The error falls with the second power of the element, so that of `solve` is about 4/3 of
-        this. Costs about three times an answer.
+        this. Costs a few times an answer. In 3D lines scatter it by up to a few 1e-4.
         """
-        self.require_dimension(scene.grid.dimension)
-        if not (self.values["bounces"] and read_geometry(scene).reflects):
-            return 0.0
-        size = self.values["element"]
-        coarse, fine = (self._field(scene, bands, each).values for each in (size, size / 2))
-        norm = float(np.linalg.norm(fine))
-        return float(np.linalg.norm(coarse - fine)) / norm if norm else 0.0
+        return self._answer(scene).bounce_error(bands)
 
     def intensity(self, scene: Scene, directions: ArrayLike) -> Array:
-        """I_ref ([colours,] K, nx, ny) [W/rad] at unit directions (K, 2), not band-limited.
+        """I_ref ([colours,] K, *shape) [W/rad or W/sr] at unit directions (K, dimension).
 
-        A point source counts, in full, in the cells whose border its ray crosses. Parallel light
-        is left out: its intensity is infinite in one direction and zero in all others.
+        Not band-limited. A point source counts, in full, in the cells whose border its ray
+        crosses. Parallel light is left out: its intensity is infinite in one direction and zero in
+        all others. Exact in space but for what walls reflect in 3D: lines an eighth of a cell apart
+        sample that, to about 1 % per cell and direction.
         """
-        geometry, bounced = self._read(scene)
-        unit = checked_directions(directions)
-        shape = scene.grid.shape[0], scene.grid.shape[1]
-        emitters, radiance = all_emitters(geometry, bounced)
-        values = beam_intensity(shape, unit, emitters, radiance, geometry.walls)
-        if len(geometry.positions):
-            strength = geometry.point_intensity(unit)
-            values += ray_intensity(shape, unit, geometry.positions, strength, geometry.walls)
-        return _per_colour(scene, np.ascontiguousarray(np.moveaxis(values, 1, 0)))
+        return self._answer(scene).intensity(directions)
 
     def arcs(self, scene: Scene, point: ArrayLike) -> list[Arc]:
-        """Light of segments at a world point (2,), as arcs of directions of travel.
+        """Light of segments at a world point (2,), as arcs of directions of travel. 2D only.
 
         Lights and, where walls reflect, one arc for every element of a wall that is seen.
         """
-        geometry, bounced = self._read(scene)
-        x, y = geometry.in_cells(checked_points("point", point, (2,)))
-        emitters, radiance = all_emitters(geometry, bounced)
-        # Places in scene.sources("lamp"), then -1 - places in scene.segments().
-        origins = geometry.emitter_sources
-        if bounced is not None:
-            places = bounced.elements.owners - len(geometry.emitters)
-            origins = np.concatenate([origins, -1 - places])
-        radiance = radiance / scene.grid.spacing
-        return [
-            Arc(
-                float(start),
-                float(stop),
-                radiance[int(e)] if scene.colours else float(radiance[int(e), 0]),
-                int(origins[int(e)]),
-            )
-            for start, stop, e in visible_arcs(x, y, emitters, geometry.walls)
-        ]
+        if scene.grid.dimension != 2:
+            raise bad_input("scene", scene.grid.shape, "arcs are there in 2D only")
+        return self._flat(scene).arcs(point)
 
-    def irradiance(self, scene: Scene) -> SurfaceLight:
-        """Mean irradiance of both sides of all scene.segments(), in pieces of `element` cells.
+    def irradiance(self, scene: Scene) -> SurfaceLight | FacetLight:
+        """Mean irradiance of both sides of all walls, in pieces of at most `element` cells.
 
-        Pieces are shorter where walls meet and end where they cross and where shadows of points
-        and parallel light end. What lies outside the grid or on an earlier segment is left out.
+        In 2D pieces are shorter where walls meet and end where they cross and where shadows of
+        points and parallel light end. What lies outside the grid or on an earlier wall is left out.
         """
-        geometry, bounced = self._read(scene)
-        lights = len(geometry.emitters)
-        elements = cut_walls(geometry, self.values["element"], geometry.surfaces >= lights)
-        flux = arriving_flux(geometry, elements.segments, bounced)
-        mean = flux / (elements.lengths[:, None] * scene.grid.spacing)
-        ends = scene.grid.to_world(elements.segments.reshape(-1, 2, 2))
-        values = _per_colour(scene, mean.T)
-        return SurfaceLight(elements.owners - lights, ends[:, 0], ends[:, 1], values)
+        return self._answer(scene).irradiance()
 
     def irradiance_at(self, scene: Scene, points: ArrayLike, normals: ArrayLike) -> Array:
-        """Irradiance ([colours,] K) [W/m] at world points (K, 2) of surfaces with unit normals.
+        """Irradiance ([colours,] K) [W/m or W/m²] at points (K, dimension) [m] of surfaces.
 
-        Points may lie on walls: the normal (K, 2) says on which side.
+        Points may lie on walls: the unit normal (K, dimension) says on which side. Exact, for the
+        radiosity that elements have.
         """
-        geometry, bounced = self._read(scene)
-        places = checked_points("points", points, (-1, 2))
-        unit = checked_directions(normals, "normals")
-        if len(unit) != len(places):
-            raise bad_input("normals", normals, f"must be as many as points: {len(places)}")
-        cells = np.array([geometry.in_cells(place) for place in places]).reshape(-1, 2)
-        values = irradiance_at(geometry, cells, unit, *all_emitters(geometry, bounced))
-        return _per_colour(scene, values.T / scene.grid.spacing)
+        return self._answer(scene).irradiance_at(points, normals)
 
     def energy(self, scene: Scene) -> Ledger:
-        """Flux [W] emitted, left over the border and absorbed by segments, () or (colours,).
+        """Flux [W] emitted, left over the border and absorbed by walls, () or (colours,).
 
-        By crossed strings over whole walls, apart from cells and bands, so that the closure of
-        these books checks the geometry. Reflected light closes them at any `element`.
+        Over whole walls, apart from cells and bands, so that the closure of these books checks the
+        geometry: to rounding in 2D, to about `tolerance` in 3D. Reflected light closes them at any
+        `element`.
         """
-        geometry, bounced = self._read(scene)
-        return balance(geometry, scene.colours > 0, bounced)
+        return self._answer(scene).energy()
 
     def absorbed(self, scene: Scene) -> Array:
-        """Flux ([colours,] S) [W] that both sides of each of scene.segments() absorb."""
-        geometry, bounced = self._read(scene)
-        flux = absorbed_flux(geometry, bounced)[len(geometry.emitters) :]
-        return flux.T if scene.colours else flux[:, 0]
+        """Flux ([colours,] S) [W] that both sides of each of the scene's walls absorb."""
+        return self._answer(scene).absorbed()
 
-    def _field(self, scene: Scene, bands: int, element: float) -> Field:
-        geometry, bounced = self._read(scene, element)
-        basis = CircularHarmonics(bands)
-        colours = geometry.radiance.shape[1]
-        # Outlines of cells, moments, and their copy with the colours and coefficients first.
-        needed = scene.grid.cell_count * (16 + 2 * colours * basis.size) * 8
-        require_memory(needed, "bands", bands)
-        outlines = geometry.cell_outlines()
-        moments = collect_all(geometry, outlines, basis.bands, bounced)
-        moments /= np.where(basis.degrees > 0, np.sqrt(np.pi), np.sqrt(2 * np.pi))
-        values = moments.reshape(*scene.grid.shape, colours, basis.size).transpose(2, 3, 0, 1)
-        return Field(scene.grid, basis, _per_colour(scene, np.ascontiguousarray(values)))
-
-    def _read(self, scene: Scene, element: float = 0.0) -> tuple[Geometry, Bounced | None]:
-        """A scene's arrays and, if anything reflects, what its walls send back."""
+    def _answer(self, scene: Scene, progress: Progress | None = None) -> FlatAnswer | VolumeAnswer:
         self.require_dimension(scene.grid.dimension)
-        geometry = read_geometry(scene)
-        if not self.values["bounces"]:
-            geometry = replace(geometry, albedo=np.zeros_like(geometry.albedo))
-        size = element or self.values["element"]
-        return geometry, bounce(geometry, size) if geometry.reflects else None
+        if scene.grid.dimension == 2:
+            return self._flat(scene)
+        from propagators.analytic_3d.answer import VolumeAnswer
 
+        return VolumeAnswer(scene, **self.values, progress=progress)
 
-def _per_colour(scene: Scene, values: Array) -> Array:
-    """Without the leading axis (max(1, colours)) if the scene is grey."""
-    return values if scene.colours else values[0]
+    def _flat(self, scene: Scene) -> FlatAnswer:
+        return FlatAnswer(scene, self.values["element"], self.values["bounces"])

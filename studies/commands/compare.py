@@ -10,13 +10,17 @@ import click
 
 from studies.commands.options import (
     check_stopping,
+    level_options,
+    level_values,
     method_options,
     plain_numbers,
     whole_numbers,
 )
 
 if TYPE_CHECKING:
+    from flatland.scene import Scene
     from studies.comparison import Comparison
+    from studies.figures.slices import Slice
     from studies.running import Method
 
 #: Relative residual of the converged fields that are compared by default.
@@ -40,13 +44,16 @@ _COLUMNS = (
     "names",
     multiple=True,
     metavar="NAME",
-    help="A scheme; may be repeated, and take options: lpv:flux=central. [default: lpv dom4 dom8]",
+    help="A scheme; may be repeated, and take options: lpv:flux=central. [default: lpv dom4 dom8; "
+    "in 3D lpv dom6 dom26]",
 )
 @click.option("--bands", default="2,4,8", show_default=True, help="Angular bands, a list.")
 @method_options
+@level_options
 @click.option(
     "-o", "--output", type=click.Path(path_type=Path), help="Picture to write (PNG, PDF or SVG)."
 )
+@click.option("--slice", "layer", metavar="AXIS=INDEX", help="Layer of a 3D picture; middle of z.")
 @click.option("--json", "as_json", is_flag=True, help="Print JSON for machines.")
 def command(
     scene: str,
@@ -60,12 +67,15 @@ def command(
     no_bounces: bool,
     lights_block: bool,
     output: Path | None,
+    layer: str | None,
     as_json: bool,
+    **octree: Any,
 ) -> None:
     """Compare methods on SCENE with the exact answer: a table and, with -o, a picture.
 
     Compares converged fields unless --iterations says otherwise.
     """
+    from flatland.errors import bad_input
     from flatland.scene import load_scene
     from propagators import create
     from studies.comparison import compare
@@ -73,15 +83,21 @@ def command(
     from studies.running import Method
 
     check_stopping(iterations, converge)
+    rules = level_values(octree)
+    if rules["levels"] > 1 and iterations is None:
+        rule = "needs --iterations: of converged levels, a merge reads none but level 0"
+        raise bad_input("--levels", rules["levels"], rule)
     if iterations is None and converge is None:
         converge = _CONVERGED
     _check_ending(output)
     loaded = load_scene(scene)
-    schemes = [create(name, **options) for name, options in map(_scheme, names or _default())]
+    shown = _read_slice(layer, loaded, output)
+    names = names or _default(loaded.grid.dimension)
+    schemes = [create(name, **options) for name, options in map(_scheme, names)]
     counts = whole_numbers(bands, "--bands")
     walls = (blocking, strength, not no_bounces, lights_block)
     methods = [
-        Method(scheme, count, iterations, converge, precision, *walls)
+        Method(scheme, count, iterations, converge, precision, *walls, **rules)
         for count in counts
         for scheme in schemes
     ]
@@ -89,11 +105,24 @@ def command(
         comparison = compare(loaded, methods, done)
     click.echo(json.dumps(_record(scene, comparison), indent=1) if as_json else _table(comparison))
     if output is not None:
-        _picture(comparison, output, as_json)
+        _picture(comparison, shown, output, as_json)
 
 
-def _default() -> tuple[str, ...]:
-    return ("lpv", "dom4", "dom8")
+def _default(dimension: int) -> tuple[str, ...]:
+    return ("lpv", "dom4", "dom8") if dimension == 2 else ("lpv", "dom6", "dom26")
+
+
+def _read_slice(layer: str | None, scene: Scene, output: Path | None) -> Slice | None:
+    """Which layer is drawn; one that cannot be is refused before anything is computed."""
+    from flatland.errors import bad_input
+
+    if output is None and layer is not None:
+        raise bad_input("--slice", layer, "needs --output")
+    if output is None:
+        return None
+    from studies.figures.slices import read_slice
+
+    return read_slice(layer, scene.grid)
 
 
 def _scheme(text: str) -> tuple[str, dict[str, str]]:
@@ -151,12 +180,12 @@ def _record(scene: str, comparison: Comparison) -> dict[str, Any]:
     }
 
 
-def _picture(comparison: Comparison, output: Path, quiet: bool) -> None:
+def _picture(comparison: Comparison, layer: Slice | None, output: Path, quiet: bool) -> None:
     from flatland.results import save_dataset
     from studies.figures.comparison import comparison_data, draw_comparison
     from studies.style import figure_style, save_figure
 
-    data = comparison_data(comparison)
+    data = comparison_data(comparison, layer)
     stored = save_dataset(data, output.with_suffix(".nc"))
     with figure_style():
         drawn = save_figure(draw_comparison(data), output)

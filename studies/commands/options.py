@@ -36,6 +36,69 @@ def method_options(function: Command) -> Command:
     return function
 
 
+def level_options(function: Command) -> Command:
+    """Levels of an octree, how they are filled and how they are read."""
+    for option in (
+        click.option(
+            "--blend",
+            type=float,
+            metavar="CELLS",
+            help="Fade levels into each other over so many cells of the coarser one.",
+        ),
+        click.option(
+            "--patience",
+            default=1.0,
+            show_default=True,
+            help="Read a level after so many times the steps that its first light took.",
+        ),
+        click.option("--index", default="finest", show_default=True, help="finest or symmetric."),
+        click.option(
+            "--falloff", default="cells", show_default=True, help="Light fades per cells or metres."
+        ),
+        click.option(
+            "--level-factors", metavar="LIST", help="Factor of each level instead, as in 1,2.5,7."
+        ),
+        click.option(
+            "--normalization",
+            default="flux",
+            show_default=True,
+            help="Levels get flux (2^i times the mean) or the mean of level 0.",
+        ),
+        click.option("--levels", default=1, show_default=True, help="Octree levels."),
+    ):
+        function = option(function)
+    return function
+
+
+def level_values(values: dict[str, Any]) -> dict[str, Any]:
+    """Take what `level_options` gave out of `values`, as arguments of Method. Raises InputError."""
+    names = ("levels", "normalization", "level_factors", "falloff", "index", "patience", "blend")
+    chosen = {name: values.pop(name) for name in names}
+    if chosen["level_factors"] is not None:
+        chosen["level_factors"] = numbers(chosen["level_factors"], "--level-factors")
+    return chosen
+
+
+def read_view(text: str, levels: int) -> int | None:
+    """`merged` as None, `level:i` as the level's number. Raises InputError."""
+    from flatland.errors import bad_input
+
+    choices = ["merged", *(f"level:{number}" for number in range(levels))]
+    if text not in choices:
+        raise bad_input("--view", text, "is unknown", choices)
+    return None if text == "merged" else choices.index(text) - 1
+
+
+def numbers(text: str, argument: str) -> tuple[float, ...]:
+    """A comma-separated list of numbers. Raises InputError."""
+    from flatland.errors import bad_input
+
+    try:
+        return tuple(float(part) for part in text.split(","))
+    except ValueError:
+        raise bad_input(argument, text, "must be numbers, as in 1,2.5,7") from None
+
+
 def scheme_options(values: tuple[str, ...]) -> dict[str, str]:
     """`key=value` texts as a dictionary. Raises InputError."""
     from flatland.errors import bad_input

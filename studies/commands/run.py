@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -12,8 +12,11 @@ import click
 
 from studies.commands.options import (
     check_stopping,
+    level_options,
+    level_values,
     method_options,
     plain_numbers,
+    read_view,
     scheme_options,
 )
 
@@ -21,7 +24,7 @@ if TYPE_CHECKING:
     from flatland.field import Field
     from flatland.ledger import Ledger
     from flatland.scene import Scene
-    from studies.running import Run
+    from studies.running import LevelResult, Run
     from studies.surface import SurfaceError
 
 
@@ -30,7 +33,17 @@ if TYPE_CHECKING:
 @click.option("--propagator", default="lpv", show_default=True, help="A scheme's name.")
 @click.option("--option", "options", multiple=True, metavar="KEY=VALUE", help="Of the scheme.")
 @click.option("--bands", default=2, show_default=True, help="Angular bands.")
+@click.option(
+    "--resolution", default=1, show_default=True, help="Cells per cell of the scene, each axis."
+)
 @method_options
+@level_options
+@click.option(
+    "--view",
+    default="merged",
+    show_default=True,
+    help="What --image shows of an octree: merged, or a level as in level:2.",
+)
 @click.option("--reference", is_flag=True, help="Print errors against the exact answer.")
 @click.option("--surfaces", is_flag=True, help="Print errors of the light on occluders.")
 @click.option("-o", "--output", type=click.Path(path_type=Path), help="netCDF file to write.")
@@ -44,6 +57,7 @@ def command(
     propagator: str,
     options: tuple[str, ...],
     bands: int,
+    resolution: int,
     iterations: int | None,
     converge: float | None,
     precision: str,
@@ -57,30 +71,38 @@ def command(
     image: Path | None,
     layer: str | None,
     as_json: bool,
+    view: str,
+    **octree: Any,
 ) -> None:
     """Run one method on SCENE, a built-in name or a file, and print where its light went."""
+    from flatland.errors import bad_input
     from flatland.results import result_dataset, save_dataset
-    from flatland.scene import load_scene
+    from flatland.scene import load_scene, refined
     from propagators import create
     from studies.progress import steps_bar
     from studies.running import Method, run_method
 
     check_stopping(iterations, converge)
-    loaded = load_scene(scene)
-    draw = _painter(loaded, image, layer)
+    loaded = refined(load_scene(scene), resolution)
+    rules = level_values(octree)
+    shown = read_view(view, rules["levels"])
+    if image is None and view != "merged":
+        raise bad_input("--view", view, "needs --image")
+    draw = _painter(loaded, image, layer, shown, rules["levels"])
     lighting = _surface_meter(loaded) if surfaces else None
     scheme = create(propagator, **scheme_options(options))
     walls = (blocking, strength, not no_bounces, lights_block)
-    method = Method(scheme, bands, iterations, converge, precision, *walls)
+    method = Method(scheme, bands, iterations, converge, precision, *walls, **rules)
     with steps_bar(method.steps_on(loaded), converge is None) as advance:
-        run = run_method(loaded, method, advance)
+        run = run_method(loaded, method, advance, keep_levels=True)
     errors = _errors(loaded, run) if reference else {}
     lit = [] if lighting is None else lighting(run.accumulated)
     if output is not None:
         fields = {"accumulated": run.accumulated}
-        save_dataset(result_dataset(loaded, fields, method.as_dict()), output)
+        levels = [level.accumulated for level in run.levels]
+        save_dataset(result_dataset(loaded, fields, method.as_dict(), levels, run.index), output)
     if draw is not None:
-        draw(run.accumulated)
+        draw(run)
     if as_json:
         click.echo(json.dumps(_record(scene, run, errors, lit), indent=1))
     else:
@@ -106,25 +128,34 @@ def _surface_meter(scene: Scene) -> Callable[[Field], list[SurfaceError]]:
 
 
 def _painter(
-    scene: Scene, image: Path | None, layer: str | None
-) -> Callable[[Field], object] | None:
-    """What writes the picture; refuses bad endings and slices before anything is computed."""
+    scene: Scene, image: Path | None, layer: str | None, level: int | None, levels: int
+) -> Callable[[Run], object] | None:
+    """What writes the picture; refuses bad endings and slices before anything is computed.
+
+    level: the one to show, None for the merged field.
+    """
     from flatland.errors import bad_input
 
     if image is None:
         if layer is not None:
             raise bad_input("--slice", layer, "needs --image")
         return None
-    from studies.figures.picture import draw_picture, read_slice
+    from flatland.octree import level_grids
+    from studies.figures.picture import draw_picture
+    from studies.figures.slices import read_slice
     from studies.style import FORMATS, figure_style, save_figure
 
     if image.suffix.lower() not in FORMATS:
         raise bad_input("--image", str(image), "has no known ending", FORMATS)
-    chosen = read_slice(layer, scene.grid)
+    chosen = read_slice(layer, level_grids(scene.grid, levels)[level or 0])
 
-    def paint(field: Field) -> None:
+    def paint(run: Run) -> None:
         with figure_style():
-            save_figure(draw_picture(field, scene, chosen), image)
+            if level is None or not run.levels:
+                figure = draw_picture(run.accumulated, scene, chosen, run.index)
+            else:
+                figure = draw_picture(run.levels[level].accumulated, scene, chosen)
+            save_figure(figure, image)
 
     return paint
 
@@ -140,8 +171,19 @@ def _record(
         "seconds": run.seconds,
         **run.details,
         "ledger": {name: value.tolist() for name, value in books.items()},
+        **({"levels": [_level_record(level) for level in run.levels]} if run.levels else {}),
         "errors": plain_numbers(errors),
         "surfaces": [asdict(row) for row in lit],
+    }
+
+
+def _level_record(level: LevelResult) -> dict[str, Any]:
+    books = level.ledger.as_dict()
+    return {
+        "shape": list(level.accumulated.grid.shape),
+        "factor": level.factor,
+        "cells_read": level.read,
+        "ledger": {name: value.tolist() for name, value in books.items()},
     }
 
 
@@ -154,7 +196,9 @@ def _report(
         f"{name}: {size} cells, {method.propagator!r}, {method.bands} bands, {method.precision}",
         f"{run.stopped}, {run.seconds:.3g} s",
     ]
-    if run.ledger is not None:
+    if run.levels:
+        lines += ["", _levels(run.levels)]
+    elif run.ledger is not None:
         lines += ["", _books(run.ledger)]
     if errors:
         from studies.comparison import MEANINGS
@@ -172,6 +216,22 @@ def _report(
         ]
         lines += ["", table(header, shown)]
     return "\n".join(lines)
+
+
+def _levels(levels: Sequence[LevelResult]) -> str:
+    """One row per level, colours added up; fluxes in units of level 0's cells."""
+    from studies.tables import table
+
+    names = list(levels[0].ledger.as_dict())
+    rows = []
+    for number, level in enumerate(levels):
+        books = level.ledger.as_dict()
+        size = " x ".join(map(str, level.accumulated.grid.shape))
+        fluxes = [float(books[name].sum()) for name in names]
+        rows.append([number, size, level.factor, level.read, *fluxes])
+    header = ["level", "cells", "factor", "read", *(f"{name} [W]" for name in names)]
+    note = "read: cells that the merge takes from a level. Flux in units of level 0's cells."
+    return table(header, rows) + "\n" + note
 
 
 def _books(ledger: Ledger) -> str:

@@ -63,8 +63,9 @@ def check(files: tuple[str, ...]) -> None:
 
 @command.command()
 @click.argument("file", type=click.Path(path_type=Path))
+@click.option("--dimension", default=2, show_default=True, help="2 or 3.")
 @click.option("--force", is_flag=True, help="Replace the file if it exists.")
-def new(file: Path, force: bool) -> None:
+def new(file: Path, dimension: int, force: bool) -> None:
     """Write a commented scene FILE to start from."""
     from flatland.errors import bad_input
     from flatland.results import write_atomically
@@ -72,5 +73,6 @@ def new(file: Path, force: bool) -> None:
 
     if file.exists() and not force:
         raise bad_input("file", str(file), "exists already; --force replaces it")
-    write_atomically(file, lambda place: place.write_text(scene_template(), encoding="utf-8"))
+    text = scene_template(dimension)
+    write_atomically(file, lambda place: place.write_text(text, encoding="utf-8"))
     click.echo(f"wrote {file}")

@@ -14,17 +14,19 @@ from propagators import create
 from studies.comparison import compare
 from studies.figures.comparison import comparison_data
 from studies.figures.lobes import draw_lobes, legend_entries
+from studies.figures.workshop import Workshop
 from studies.running import Method
 from studies.style import COLUMN
 
 SCENES = {"fig5-one-light": "one area light", "fig5-l-shape": "two area lights"}
+PARTS = tuple(SCENES)
 #: Part of each scene that is drawn [m]: in a column, cells of the whole grid would be 4 mm wide.
 WINDOWS = {"fig5-one-light": (3, 14, 0, 11), "fig5-l-shape": (0, 11, 0, 11)}
 METHODS = ("lpv", "dom4", "dom8")
 BANDS = (2, 4, 8)
 
 
-def compute() -> dict[str, xr.Dataset]:
+def compute(workshop: Workshop) -> dict[str, xr.Dataset]:
     """One data set per scene."""
     methods = [
         Method(create(name), bands=bands, converge=1e-10) for bands in BANDS for name in METHODS

@@ -12,7 +12,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
-from flatland.scene import parse_scene
+from studies.figures.slices import extent_of
 from studies.style import LINES, line_of
 
 Array = NDArray[np.float64]
@@ -25,18 +25,26 @@ _COMPRESSION = 0.06
 _LARGEST = 0.49
 #: Cells darker than this, relative to the brightest, are left empty.
 _DARK = 1e-6
+#: Lines of a picture, one layer over another. Walls have a halo, to be seen in dark rooms.
+_LAYERS: tuple[tuple[str, dict[str, Any]], ...] = (
+    ("walls", {"colors": "#a0a0a0", "linewidths": 1.8, "capstyle": "projecting"}),
+    ("lights", {"colors": "#e6b800", "linewidths": 1.8, "capstyle": "butt"}),
+    ("walls", {"colors": "black", "linewidths": 1.2, "capstyle": "projecting"}),
+)
 
 
 def draw_lobes(axes: Axes, data: xr.Dataset, bands: int) -> None:
     """Exact intensity in grey, every method's as a line; negative parts are not drawn.
 
-    data: as `comparison_data` makes it. Lengths in metres.
+    data: as `comparison_data` makes it. Lengths in metres. In 3D lobes are true slices of the
+    spherical function: the intensity in the directions that lie in the picture's plane.
     """
     methods = data["intensity"].sel(bands=bands)
     exact = data["exact"].values
     size = _sizes(exact, methods.values)
     angles = data["direction"].values
-    centres = np.stack(np.meshgrid(data["x"].values, data["y"].values, indexing="ij"), axis=-1)
+    middles = (data[data.attrs[name]].values for name in ("across", "up"))
+    centres = np.stack(np.meshgrid(*middles, indexing="ij"), axis=-1)
     spacing = float(data.attrs["spacing"])
     outline = _outlines(np.maximum(exact, 0) * size * spacing, angles, centres)
     axes.add_collection(PolyCollection(outline, facecolors=LINES["analytic"].colour, linewidths=0))
@@ -50,23 +58,23 @@ def draw_lobes(axes: Axes, data: xr.Dataset, bands: int) -> None:
 
 
 def draw_scene(axes: Axes, data: xr.Dataset, cells: bool = True) -> None:
-    """Borders of cells if wanted, lights and occluders; equal scales in metres."""
-    scene = parse_scene(data.attrs["scene"])
-    lower, upper = scene.grid.origin, scene.grid.upper
-    edges = [np.arange(n + 1) * scene.grid.spacing + o for n, o in zip(scene.grid.shape, lower)]
+    """Borders of cells if wanted, lights and occluders; equal scales and names of axes in metres.
+
+    data: as `plane_data` makes it.
+    """
+    left, right, lower, upper = extent_of(data)
     if cells:
         box: dict[str, Any] = {"color": "#d0d0d0", "linewidth": 0.3, "zorder": 0}
-        axes.vlines(edges[0], lower[1], upper[1], **box)
-        axes.hlines(edges[1], lower[0], upper[0], **box)
-    for light in scene.lights:
-        if light.kind == "area":
-            ends = np.array([light.start, light.end])  # type: ignore[attr-defined]
-            axes.plot(*ends.T, color="#e6b800", linewidth=1.8, solid_capstyle="butt")
-    for wall in scene.segments():
-        axes.plot(*np.array([wall.start, wall.stop]).T, color="black", linewidth=1.2)
-    axes.set_xlim(lower[0], upper[0])
-    axes.set_ylim(lower[1], upper[1])
+        columns, rows = (data.sizes[data.attrs[name]] + 1 for name in ("across", "up"))
+        axes.vlines(np.linspace(left, right, columns), lower, upper, **box)
+        axes.hlines(np.linspace(lower, upper, rows), left, right, **box)
+    for name, look in _LAYERS:
+        axes.add_collection(LineCollection(list(data[name].values), **look))
+    axes.set_xlim(left, right)
+    axes.set_ylim(lower, upper)
     axes.set_aspect("equal")
+    axes.set_xlabel(f"{data.attrs['across']} [m]")
+    axes.set_ylabel(f"{data.attrs['up']} [m]")
 
 
 def legend_entries(names: list[str]) -> list[Patch | Line2D]:

@@ -2,80 +2,55 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
-import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from flatland.errors import bad_input
 from flatland.field import Field
-from flatland.grid import Grid
-from flatland.scene import Scene, scene_to_toml
+from flatland.scene import Scene
+from studies.figures.level_borders import draw_level_borders
 from studies.figures.lobes import draw_scene
+from studies.figures.slices import Slice, cut, extent_of, plane_data
 from studies.style import COLUMN
 
 Array = NDArray[np.float64]
 
-_AXES = ("x", "y", "z")
 #: Darkest over brightest of what is told apart.
 _RANGE = 1e-4
 #: Brightness that the mean of the lit cells is brought to before compression.
 _KEY = 0.18
 
 
-class Slice(NamedTuple):
-    """A layer of cells of a 3D grid: all cells whose index along `axis` is `cell`."""
-
-    axis: int
-    cell: int
-
-
-def read_slice(text: str | None, grid: Grid) -> Slice | None:
-    """`axis=index` as a slice, the middle along z if not given; None in 2D. Raises InputError."""
-    if grid.dimension == 2:
-        if text is not None:
-            raise bad_input("--slice", text, "needs a scene in 3D")
-        return None
-    if text is None:
-        return Slice(2, grid.shape[2] // 2)
-    name, _, number = (part.strip() for part in text.partition("="))
-    if name not in _AXES or not (number.isascii() and number.isdigit()):
-        raise bad_input("--slice", text, "must be axis=index, as in z=4", _AXES)
-    axis, index = _AXES.index(name), int(number)
-    if index >= grid.shape[axis]:
-        rule = f"has no such cell: the index along {name} must be at most {grid.shape[axis] - 1}"
-        raise bad_input("--slice", text, rule)
-    return Slice(axis, index)
-
-
-def draw_picture(field: Field, scene: Scene, layer: Slice | None = None) -> Figure:
+def draw_picture(
+    field: Field,
+    scene: Scene,
+    layer: Slice | None = None,
+    index: NDArray[np.integer] | None = None,
+) -> Figure:
     """Scalar flux of every cell, a column wide, lengths in metres.
 
     Three colours are shown as red, green and blue, see `tone_mapped`; one, or any other number
     added up, on a logarithmic scale over four decades, where darker and negative cells count as
-    darkest. Outlines of lights and walls are drawn in 2D. layer: as `read_slice` makes it.
+    darkest. Outlines of lights and walls are drawn; in 3D, where the plane through the middles of
+    the layer's cells cuts them. layer: as `read_slice` makes it. index: the level of an octree that
+    each cell was read from; lines are drawn where levels meet.
     """
-    flux = field.scalar_flux()
-    if layer is not None:
-        flux = np.take(flux, layer.cell, axis=flux.ndim - 3 + layer.axis)
-    across, up = (i for i in range(field.grid.dimension) if layer is None or i != layer.axis)
-    extent = field.grid.extent
+    flux = cut(field.scalar_flux(), layer)
+    data = plane_data(scene, layer, field.grid)
+    left, right, lower, upper = extent_of(data)
     colour = field.coloured and len(flux) == 3
     width = COLUMN - (0.45 if colour else 0.95)
-    height = float(np.clip(width * extent[up] / extent[across], 0.4, 3 * COLUMN)) + 0.55
+    tall = width * (upper - lower) / (right - left)
+    height = float(np.clip(tall, 0.4, 3 * COLUMN)) + 0.55
     figure = Figure(figsize=(COLUMN, height), layout="constrained")
     axes = figure.subplots()
-    _show(figure, axes, flux, _edges(field.grid, across, up))
-    if field.grid.dimension == 2:
-        outlines = xr.Dataset(attrs={"scene": scene_to_toml(scene)})
-        draw_scene(axes, outlines, cells=False)
-    axes.set_xlabel(f"{_AXES[across]} [m]")
-    axes.set_ylabel(f"{_AXES[up]} [m]")
-    axes.set_title(_title(field.grid, scene, layer))
+    _show(figure, axes, flux, (left, right, lower, upper))
+    if index is not None:
+        draw_level_borders(axes, cut(index, layer), (left, right, lower, upper))
+    draw_scene(axes, data, cells=False)
+    axes.set_title(" at ".join(part for part in (scene.title, data.attrs["place"]) if part))
     return figure
 
 
@@ -107,14 +82,3 @@ def _show(
     shown = np.maximum(grey.T, top * _RANGE)
     image = axes.imshow(shown, origin="lower", extent=edges, norm=LogNorm(top * _RANGE, top))
     figure.colorbar(image, ax=axes, label="flux that leaves a cell [W]", pad=0.02, extend="min")
-
-
-def _edges(grid: Grid, across: int, up: int) -> tuple[float, float, float, float]:
-    return (grid.origin[across], grid.upper[across], grid.origin[up], grid.upper[up])
-
-
-def _title(grid: Grid, scene: Scene, layer: Slice | None) -> str:
-    if layer is None:
-        return scene.title
-    place = grid.origin[layer.axis] + (layer.cell + 0.5) * grid.spacing
-    return f"{scene.title}{' at ' if scene.title else ''}{_AXES[layer.axis]} = {place:.4g} m"

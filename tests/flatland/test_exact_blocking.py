@@ -329,9 +329,9 @@ def test_without_walls_between_them_cells_stay_connected():
 # -- what is refused ------------------------------------------------------------------------------
 
 
-def test_a_grid_in_3d_is_refused():
-    with pytest.raises(InputError, match="grid"):
-        exact_transmittance(Grid((2, 2, 2)), walls((0, 0, 1, 1)), ALL)
+def test_segments_in_a_grid_in_3d_are_refused():
+    with pytest.raises(InputError, match="walls"):
+        exact_transmittance(Grid((2, 2, 2)), walls((0, 0, 1, 1)), [(1, 0, 0)])
 
 
 @pytest.mark.parametrize(

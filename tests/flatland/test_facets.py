@@ -84,3 +84,27 @@ def test_mirrored_facets_have_mirrored_pieces():
 
 def test_facet_without_area_has_no_pieces():
     assert len(pieces_of([[1, 1, 1], [2, 2, 2], [3, 3, 3]]).areas) == 0
+
+
+def test_middles_are_centroids():
+    """Together they are the whole's; each piece's is the mean of points scattered over it."""
+    pieces = pieces_of(slanted(L_SHAPE))
+    middle = (4.5 + 1.0) / 5, (1.5 + 4.0) / 5  # of the L, as 3 x 1 and 1 x 2
+    whole = slanted(np.array([middle]))[0]
+    np.testing.assert_allclose(pieces.areas @ pieces.middles / 5, whole, rtol=1e-13)
+    inside = (pieces.middles >= pieces.cells) & (pieces.middles <= pieces.cells + 1)
+    assert inside.all()
+    generator = np.random.default_rng(9)
+    points = generator.uniform(0, 3, (400_000, 2))
+    points = slanted(points[(points[:, 0] < 1) | (points[:, 1] < 1)])
+    largest = int(np.argmax(pieces.areas))
+    own = points[np.all(np.floor(points) == pieces.cells[largest], axis=1)]
+    np.testing.assert_allclose(pieces.middles[largest], own.mean(axis=0), atol=4 / len(own) ** 0.5)
+
+
+def test_a_tiny_facet_keeps_its_piece():
+    side = 1e-9
+    tiny = [[2.5, 2.5, 2.5], [2.5 + side, 2.5, 2.5], [2.5, 2.5 + side, 2.5]]
+    pieces = pieces_of(tiny)
+    assert pieces.cells.tolist() == [[2, 2, 2]]
+    assert pieces.areas[0] == pytest.approx(side**2 / 2, rel=1e-6)

@@ -37,6 +37,15 @@ def random_directions(rng, dimension, count):
     return vectors / np.linalg.norm(vectors, axis=-1, keepdims=True)
 
 
+@pytest.mark.parametrize(("start", "stop", "angle"), [(0.3, 1.9, 0.7), (-2.0, 4.0, 2.5), (1, 1, 0)])
+def test_cosine_over_an_arc_is_the_integral_it_claims_to_be(start, stop, angle):
+    basis = CircularHarmonics(6)
+    nodes, weights = gauss(start, stop)
+    expected = (weights * np.cos(nodes - angle)) @ basis.evaluate_angles(nodes)
+    found = basis.cosine_arc_integral(start, stop, angle)
+    np.testing.assert_allclose(found, expected, rtol=0, atol=ROUNDING)
+
+
 @pytest.mark.parametrize("bands", [1, 2, 7, 64])
 def test_circular_harmonics_are_orthonormal(bands):
     directions, weights = circle(2 * bands)

@@ -9,7 +9,7 @@ from flatland.field import Field
 from flatland.grid import Grid
 from flatland.harmonics import basis_for
 from flatland.injectors import INJECTORS, AreaLight, CellLight, WallLight
-from flatland.sources import PointSource, SegmentSource
+from flatland.sources import PointSource, PolygonSource, SegmentSource
 
 GRID = Grid((7, 5), 0.5, (1.0, -2.0))
 CUBE = Grid((4, 3, 5))
@@ -23,6 +23,10 @@ LIGHTS = {
     "isotropic wall": (WallLight(side="left", flux=2.0, isotropic=True), GRID),
     "part of a wall": (WallLight(side="right", flux=2.0, first=1, last=3), GRID),
     "cell in 3D": (CellLight(cell=(3, 0, 4), direction=(1.0, 2.0, 2.0), flux=2.0), CUBE),
+    "area in 3D": (
+        AreaLight(vertices=((1.2, 1.0, 1.5), (3.0, 1.0, 1.5), (2.5, 2.0, 3.0)), flux=2.0),
+        CUBE,
+    ),
     "wall in 3D": (WallLight(side="front", flux=2.0), CUBE),
 }
 every_light = pytest.mark.parametrize(("light", "grid"), LIGHTS.values(), ids=LIGHTS)
@@ -35,7 +39,7 @@ def field_of(light, grid, bands=3):
 
 def twin_flux(source):
     """Flux of a source for unit spectrum."""
-    if isinstance(source, SegmentSource):
+    if isinstance(source, SegmentSource | PolygonSource):
         return 1.0
     weight = np.sqrt(2 * np.pi if source.position.size == 2 else 4 * np.pi)
     return source.coefficients[0] * weight + source.lobe_flux

@@ -23,7 +23,7 @@ angles = st.integers(0, 359).map(np.radians)
 
 @st.composite
 def scenes(draw, dimension):
-    """A small grid with some cell lights and, where one fits into the plane, area lights."""
+    """A small grid with some cell lights and, where one fits in, an area light."""
     shape = draw(st.tuples(*[SIDES[dimension]] * dimension))
     lights = []
     for _ in range(draw(st.integers(1, 3))):
@@ -34,12 +34,15 @@ def scenes(draw, dimension):
             height = [draw(st.sampled_from([-2.0, 0.0, 0.5]))] * (dimension - 2)
             light["direction"] = [float(np.cos(angle)), float(np.sin(angle)), *height]
         lights.append(light)
-    if dimension == 2 and min(shape) >= 3 and draw(st.booleans()):
+    if min(shape) >= 3 and draw(st.booleans()):
         # A cell away from the border, so that the half cell in front is in the grid.
         inside = [st.integers(100, 100 * (n - 1)).map(lambda c: c / 100) for n in shape]
-        start, end = (draw(st.tuples(*inside)) for _ in range(2))
-        if np.hypot(*np.subtract(start, end)) > 0.1:
-            lights.append({"kind": "area", "start": start, "end": end, "flux": draw(fluxes)})
+        corners = [draw(st.tuples(*inside)) for _ in range(dimension)]
+        sides = np.subtract(corners[1:], corners[0])
+        if np.linalg.det(sides @ sides.T) > 1e-3:
+            shape_keys = {"start": corners[0], "end": corners[1]}
+            keys = shape_keys if dimension == 2 else {"vertices": corners}
+            lights.append({"kind": "area", **keys, "flux": draw(fluxes)})
     return {"grid": {"shape": shape}, "light": lights}
 
 

@@ -5,12 +5,17 @@ import re
 
 import numpy as np
 import pytest
+import trimesh
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from flatland.errors import InputError
 from flatland.grid import Grid
+from flatland.harmonics import basis_for
+from flatland.injection import inject
 from flatland.injectors import INJECTORS, AreaLight
 from flatland.occluders import OCCLUDERS, SegmentOccluder
+from flatland.occlusion import without_first_bounces
 from flatland.scene import (
     Scene,
     builtin_names,
@@ -89,28 +94,95 @@ def test_every_builtin_scene_survives_toml(name):
 
 
 #: Built-in scenes whose surfaces reflect, in colours.
-COLOURED = {"atrium", "cornell-2d"}
+COLOURED = {"atrium", "cornell-2d", "cornell-3d", "point-lights-3d"}
 
 
 @pytest.mark.parametrize("name", builtin_names())
 def test_every_other_builtin_scene_is_black_and_grey(name):
     scene = load_scene(name)
     assert scene.colours == (3 if name in COLOURED else 0)
-    assert any(wall.albedo.any() for wall in scene.segments()) == (name in COLOURED)
+    assert any(wall.albedo.any() for wall in scene.walls()) == (name in COLOURED)
 
 
-def test_template_loads():
-    assert parse_scene(scene_template()).lights
+def area_lights(scene):
+    return [light for light in scene.lights if isinstance(light, AreaLight)]
 
 
-def test_every_example_in_the_template_loads(tmp_path):
-    np.save(tmp_path / "light.npy", np.zeros((3, 32, 32)))
-    np.savez(tmp_path / "light.npz", coefficients=np.zeros((3, 32, 32)))
-    text = re.sub(r"^# (?=\[\[|\w+ = )", "", scene_template(), flags=re.MULTILINE)
+@pytest.mark.parametrize("name", [name for name in builtin_names() if name.endswith("-3d")])
+def test_lights_of_a_scene_in_space_put_all_of_their_flux_into_cells(name):
+    """Their own light: what lamps bounce is not counted."""
+    scene = load_scene(name)
+    assert scene.grid.dimension == 3
+    flux = inject(without_first_bounces(scene), basis_for(3, 2)).total_flux()
+    expected = sum(light.channels(scene.colours) for light in scene.lights)
+    np.testing.assert_allclose(flux, expected if scene.colours else expected[0], rtol=1e-12)
+
+
+@pytest.mark.parametrize("name", ["shelf", "two-walls", "fig5-one-light"])
+def test_a_scene_in_space_has_the_lights_of_its_flat_twin(name):
+    """As seen along z, for the directions that a flat scene knows."""
+    flat, deep = load_scene(name), load_scene(f"{name}-3d")
+    scale = deep.grid.shape[0] / flat.grid.shape[0]
+    assert deep.grid.shape[1] == scale * flat.grid.shape[1]
+    for one, other in zip(area_lights(flat), area_lights(deep), strict=True):
+        np.testing.assert_allclose(other.normal, [*one.normal, 0], atol=1e-15)
+        ends = scale * one.emitter.points
+        np.testing.assert_allclose(np.unique(other.emitter.points[:, :2], axis=0), np.sort(ends, 0))
+    walls = [scale * np.sort([wall.start, wall.stop], axis=0) for wall in flat.segments()]
+    sides = [np.unique(wall.vertices[:, :2], axis=0) for wall in deep.facets()]
+    np.testing.assert_allclose(np.reshape(walls, (-1, 2, 2)), np.reshape(sides, (-1, 2, 2)))
+
+
+def test_walls_of_the_cornell_box_face_its_room():
+    """Every ray from the light meets the front of a wall first, or leaves by the open side."""
+    scene = load_scene("cornell-3d")
+    generator = np.random.default_rng(4)
+    directions = generator.normal(size=(200, 3))
+    directions[:, 1] = -np.abs(directions[:, 1])
+    start = scene.lights[0].emitter.points.mean(axis=0) - [0, 1e-6, 0]
+    hits = np.array([first_hit(scene.facets(), start, ray) for ray in directions])
+    assert set(hits) == {1, 0}
+    assert np.all(directions[hits == 0, 2] > 0)
+
+
+def first_hit(facets, start, ray):
+    """1 if the first wall that a ray meets faces it, -1 if not, 0 if there is none."""
+    nearest, side = np.inf, 0
+    for facet in facets:
+        corners = facet.vertices
+        normal = np.cross(corners[1] - corners[0], corners[2] - corners[1])
+        along = ray @ normal
+        distance = (corners[0] - start) @ normal / along if along else np.inf
+        place = start + min(distance, 1e9) * ray
+        edges = np.roll(corners, -1, axis=0) - corners
+        if 1e-9 < distance < nearest and np.all(np.cross(edges, place - corners) @ normal >= 0):
+            nearest, side = distance, -np.sign(along)
+    return int(side)
+
+
+@pytest.mark.parametrize("dimension", [2, 3])
+def test_template_loads(dimension):
+    scene = parse_scene(scene_template(dimension))
+    assert scene.grid.dimension == dimension
+    assert scene.lights
+    assert scene.walls()
+
+
+def test_template_of_no_dimension_is_refused():
+    with pytest.raises(InputError, match="dimension = 4: .*; accepted: 2, 3"):
+        scene_template(4)
+
+
+@pytest.mark.parametrize("dimension", [2, 3])
+def test_every_example_in_the_template_loads(tmp_path, dimension):
+    shape = parse_scene(scene_template(dimension)).grid.shape
+    np.savez(tmp_path / "light.npz", coefficients=np.zeros((9, *shape)))
+    trimesh.creation.box().export(tmp_path / "mesh.stl")
+    text = re.sub(r"^# (?=\[\[|\w+ = )", "", scene_template(dimension), flags=re.MULTILINE)
     scene = parse_scene(text, directory=tmp_path)
     for items, registry in ((scene.lights, INJECTORS), (scene.occluders, OCCLUDERS)):
-        flat = {name for name, kind in registry.items() if 2 in kind.dimensions}
-        assert {item.kind for item in items} == flat
+        kinds = {name for name, kind in registry.items() if dimension in kind.dimensions}
+        assert {item.kind for item in items} == kinds
 
 
 def test_file_is_found_by_path_and_names_its_data_from_its_own_folder(tmp_path):
@@ -239,8 +311,51 @@ def scenes(draw):
     }
 
 
+@st.composite
+def space_scenes(draw):
+    """Tables of random valid scenes on a grid of 8 x 8 x 8 cells."""
+    colours = draw(st.integers(0, 3))
+    flux = per_colour(amount, colours)
+    place, wide = st.tuples(*[inside] * 3), st.tuples(*[number] * 3)
+    triangle = st.tuples(place, place, place).filter(lambda t: doubled_area(t) > 0.1)
+    lights = st.one_of(
+        st.fixed_dictionaries({"kind": st.just("area"), "vertices": triangle, "flux": flux}),
+        st.fixed_dictionaries({"kind": st.just("area"), "vertices": triangle, "radiance": flux}),
+        st.fixed_dictionaries(
+            {"kind": st.just("wall"), "side": st.sampled_from(["back", "top"]), "flux": flux},
+            optional={"direction": wide.filter(any)},
+        ),
+    )
+    albedo = {"albedo": per_colour(share, colours)}
+    quads = triangle.map(lambda t: [*t, np.add(t[0], np.subtract(t[2], t[1])).tolist()])
+    occluders = st.one_of(
+        st.fixed_dictionaries({"kind": st.just("quad"), "vertices": quads}, optional=albedo),
+        st.builds(
+            lambda low, size, keys: {
+                "kind": "box",
+                "min": low,
+                "max": np.add(low, size).tolist(),
+                **keys,
+            },
+            wide,
+            st.tuples(*[st.floats(1, 1e3)] * 3),
+            st.fixed_dictionaries({}, optional=albedo),
+        ),
+    )
+    return {
+        "grid": {"shape": [8, 8, 8], "spacing": draw(st.floats(1, 1.5))},
+        "light": draw(st.lists(lights, max_size=3)),
+        "occluder": draw(st.lists(occluders, max_size=3)),
+    }
+
+
+def doubled_area(triangle):
+    a, b, c = np.array(triangle, float)
+    return np.linalg.norm(np.cross(b - a, c - a))
+
+
 @settings(deadline=None, derandomize=True, max_examples=80)
-@given(scenes())
+@given(scenes() | space_scenes())
 def test_any_scene_survives_toml(tables):
     scene = Scene.from_dict(tables)
     assert parse_scene(scene_to_toml(scene)) == scene

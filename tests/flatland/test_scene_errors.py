@@ -12,7 +12,9 @@ from flatland.errors import InputError
 from flatland.scene import Scene, SceneError, builtin_text, load_scene, parse_scene
 
 HEAD = "[grid]\nshape = [17, 17]\n"
+SPACE = HEAD.replace("17]", "17, 17]")
 AREA = '[[light]]\nkind = "area"\nstart = [2, 2]\nend = [4, 2]\nflux = 1\n'
+POLYGON = '[[light]]\nkind = "area"\nvertices = [[2, 2, 1], [4, 2, 1], [4, 5, 1]]\nflux = 1\n'
 CELL = '[[light]]\nkind = "cell"\ncell = [1, 1]\nflux = 1\n'
 WALL = '[[light]]\nkind = "wall"\nside = "left"\nflux = 1\n'
 POINT = '[[light]]\nkind = "point"\nposition = [5, 5]\nflux = 1\n'
@@ -20,6 +22,8 @@ SUN = '[[light]]\nkind = "directional"\ndirection = [1, -2]\nirradiance = 1\n'
 SKY = '[[light]]\nkind = "environment"\nradiance = 1\n'
 CIRCLE = '[[occluder]]\nkind = "circle"\ncenter = [5, 9]\nradius = 2\n'
 SEGMENT = '[[occluder]]\nkind = "segment"\nstart = [2, 2]\nend = [4, 2]\n'
+QUAD = '[[occluder]]\nkind = "quad"\nvertices = [[3, 2, 2], [7, 2, 2], [7, 5, 2], [3, 5, 2]]\n'
+MESH = '[[occluder]]\nkind = "mesh"\nfile = "none.stl"\n'
 
 
 def mistakes(text, **keywords):
@@ -79,7 +83,7 @@ MISTAKES = {
     ),
     "no kind": (
         HEAD + "[[occluder]]\nstart = [1, 2]",
-        "no key 'kind'; accepted: box, circle, polygon, segment",
+        "no key 'kind'; accepted: box, circle, mesh, polygon, quad, segment",
     ),
     "kind is no text": (HEAD + "[[light]]\nkind = [1]", "light 1, kind = [1]"),
     "missing key": (HEAD + '[[light]]\nkind = "cell"\nflux = 1', "has no key 'cell'"),
@@ -110,8 +114,62 @@ MISTAKES = {
         HEAD.replace("17, 17", "30000, 30000") + CELL.replace("= 1", f"= {[1] * 50}"),
         "line 2: grid, shape = [30000, 30000]: needs 502.91 GiB",
     ),
-    "2D light in 3D": (HEAD.replace("17]", "17, 17]") + AREA, "exists in 2D, the grid is 3D"),
-    "2D occluder in 3D": (HEAD.replace("17]", "17, 17]") + SEGMENT, "exists in 2D, the grid is 3D"),
+    "segment light in 3D": (
+        SPACE + AREA,
+        "start = [2.0, 2.0]: is for 2D, the grid is 3D: write vertices = [[x, y, z], ...]",
+    ),
+    "polygon light in 2D": (
+        HEAD + POLYGON,
+        "are for 3D, the grid is 2D: write start = [x, y] and end = [x, y] instead",
+    ),
+    "area light without a shape": (
+        HEAD + POLYGON.replace("vertices", "# "),
+        "light 1 = {'kind': 'area', 'flux': 1}: needs a start and an end in 2D, or vertices in 3D",
+    ),
+    "area light without an end": (HEAD + AREA.replace("end", "# "), "has no key 'end', which it"),
+    "area light of two shapes": (
+        SPACE + POLYGON + "start = [2, 2]",
+        "light 1, vertices = [[2.0, 2.0, 1.0], [4.0, 2.0, 1.0], [4.0, 5.0, 1.0]]: cannot be "
+        "combined with start, which",
+    ),
+    "two vertices": (SPACE + POLYGON.replace("[4, 2, 1], ", ""), "at least 3 points [x, y, z]"),
+    "flat vertices": (SPACE + POLYGON.replace("4, 2, 1", "4, 2"), "at least 3 points [x, y, z]"),
+    "vertices on a line": (SPACE + POLYGON.replace("4, 5", "8, 2"), "its points lie on one line"),
+    "vertex given twice": (
+        SPACE + POLYGON.replace("4, 5", "2, 2"),
+        "has the same point as vertex 3 and vertex 1; the outline closes itself",
+    ),
+    "polygon outside": (
+        SPACE + POLYGON.replace("5, 1", "18, 1"),
+        "light 1, vertices = [4.0, 18.0, 1.0]: must lie in the grid, [0, 17] x [0, 17] x [0, 17]",
+    ),
+    "polygon light leaves": (
+        SPACE + POLYGON.replace("1]", "17]"),
+        "where its vertices run counter-clockwise; move the polygon inwards or reverse",
+    ),
+    "quad of three": (SPACE + QUAD.replace(", [3, 5, 2]", ""), "a list of 4 points [x, y, z]"),
+    "quad out of plane": (
+        SPACE + QUAD.replace("3, 5, 2", "3, 5, 2.1"),
+        "occluder 1, vertices = [[3.0, 2.0, 2.0], [7.0, 2.0, 2.0], [7.0, 5.0, 2.0], "
+        "[3.0, 5.0, 2.1]]: must lie in one plane: vertex ",
+    ),
+    "quad with crossing edges": (
+        SPACE + QUAD.replace("[7, 5, 2], [3, 5, 2]", "[3, 5, 2], [7, 5, 2]"),
+        "must be given in order round its outline: its edges cross or touch",
+    ),
+    "mesh of a wrong kind": (
+        SPACE + MESH.replace("none.stl", "room.glb"),
+        "occluder 1, file = 'room.glb': must be the name of a mesh file; accepted: .stl, .obj",
+    ),
+    "mesh that is not there": (SPACE + MESH, "occluder 1, file = 'none.stl': is not a file"),
+    "mesh without size": (SPACE + MESH + "scale = 0", "scale = 0: must be greater than 0"),
+    "mesh put nowhere": (
+        SPACE + MESH + "position = [1, 2]",
+        "position = [1, 2]: must be 3 numbers",
+    ),
+    "mesh by its inner name": (SPACE + MESH + "thin = true", "thin = True: is an unknown key"),
+    "2D occluder in 3D": (SPACE + SEGMENT, "exists in 2D, the grid is 3D"),
+    "3D occluder in 2D": (HEAD + QUAD, "exists in 3D, the grid is 2D"),
     "empty": ("", "is empty"),
     "only comments": ("# nothing\n", "is empty"),
     "syntax": (HEAD + "flux == 3", "scene, line 3: text = 'flux == 3': is not valid TOML"),

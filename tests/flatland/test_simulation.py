@@ -10,6 +10,7 @@ import flatland.memory
 import propagators
 from flatland.errors import InputError
 from flatland.injection import inject
+from flatland.scene import Scene
 from flatland.simulation import Simulation
 
 #: Rounding of some dozen steps in float64, relative to the largest coefficient.
@@ -142,8 +143,9 @@ def test_symmetric_scene_keeps_its_symmetry(propagator, dimension):
     [
         ({"precision": "float16"}, "precision = 'float16': is unknown; accepted: float64, float32"),
         ({"precision": "double"}, "precision = 'double': is unknown; accepted: float64, float32"),
-        ({"levels": 2}, "levels = 2: must be 1"),
-        ({"levels": 0}, "levels = 0: must be 1"),
+        ({"levels": 5}, "levels = 5: must be a whole number, 1 to 4: 8 x 7 cells become one cell"),
+        ({"levels": 0}, "levels = 0: must be a whole number, 1 to 4"),
+        ({"levels": True}, "levels = True: must be a whole number, 1 to 4"),
         ({"bands": 0}, "bands = 0: must be a whole number, at least 1"),
         ({"bands": 2.5}, "bands = 2.5: must be a whole number, at least 1"),
         ({"blocking": "maybe"}, "blocking = 'maybe': is unknown; accepted: "),
@@ -202,3 +204,16 @@ def test_grid_that_does_not_fit_in_memory_is_refused(options, spectrum, fields, 
     assert exact - 0.01 < found < 1.02 * exact + 0.01
     assert message.startswith("grid.shape = (2000, 2000): ")
     assert message.endswith("this machine has 0.25 GiB free")
+
+
+def test_memory_for_what_walls_leave_open_is_counted(monkeypatch):
+    """A cell takes 26 x (8 + 4) bytes for its links, and 4 x (3 x 4 + 8) for its light."""
+    monkeypatch.setattr(flatland.memory, "available_memory", lambda: 2**28)
+    box = {"kind": "box", "min": [2.0, 2.0, 2.0], "max": [9.0, 9.0, 9.0]}
+    scene = Scene.from_dict({"grid": {"shape": (128, 128, 128)}, "occluder": [box]})
+    options = {"propagator": propagators.create("dom26"), "precision": "float32"}
+    with pytest.raises(InputError, match=r"needs 0\.7\d GiB"):
+        Simulation(scene, **options)
+    monkeypatch.setattr(flatland.memory, "available_memory", lambda: 2**26)
+    with pytest.raises(InputError, match=r"needs 0\.1\d GiB"):
+        Simulation(scene, blocking="none", **options)

@@ -126,7 +126,7 @@ def test_the_error_is_about_a_third_more_than_the_change():
 def test_without_albedo_nothing_bounces_bit_for_bit(monkeypatch):
     bright, dark = make_scene(albedo=0.5), make_scene()
     asked = Analytic(bounces=False).solve(bright, 4).values
-    monkeypatch.setattr("propagators.analytic.propagator.bounce", None)
+    monkeypatch.setattr("propagators.analytic.flat.bounce", None)
     np.testing.assert_array_equal(Analytic().solve(dark, 4).values, asked)
     assert Analytic().bounce_error(dark, 4) == 0
     assert Analytic().energy(dark).absorbed == Analytic(bounces=False).energy(bright).absorbed

@@ -5,7 +5,6 @@ import pytest
 from analytic_scenes import LIGHTS, make_scene
 
 from flatland.errors import InputError
-from flatland.scene import Scene
 from propagators.analytic import Analytic
 from propagators.analytic.targets import collect_light
 
@@ -88,12 +87,6 @@ def test_each_colour_is_the_scene_in_its_own_spectrum():
 def test_no_light_is_no_field():
     assert not np.any(Analytic().solve(make_scene(lights=()), 3).values)
     assert Analytic().arcs(make_scene(lights=()), (1, 1)) == []
-
-
-def test_three_dimensions_are_refused():
-    scene = Scene.from_dict({"grid": {"shape": [2, 2, 2]}})
-    with pytest.raises(InputError, match="dimension"):
-        Analytic().solve(scene, 2)
 
 
 @pytest.mark.parametrize("directions", [[[1, 1]], [1, 0, 0], [[np.nan, 0]]])

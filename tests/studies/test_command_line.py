@@ -11,8 +11,11 @@ import time
 
 import numpy as np
 import pytest
+from click.testing import CliRunner
 
+from flatland.errors import InputError
 from flatland.results import load_dataset
+from studies.commands.scene import command as scene_command
 
 _MAIN = "from studies.command_line import main; main()"
 
@@ -77,6 +80,38 @@ def test_scenes_can_be_listed_shown_checked_and_started(tmp_path):
     assert "good" in _good(flatland("scene", "check", "copy.toml", cwd=tmp_path))
     _good(flatland("scene", "new", "mine.toml", cwd=tmp_path))
     assert "good" in _good(flatland("scene", "check", "mine.toml", cwd=tmp_path))
+
+
+def test_a_new_scene_may_be_one_in_space(tmp_path):
+    path = str(tmp_path / "mine.toml")
+    assert CliRunner().invoke(scene_command, ["new", path, "--dimension", "3"]).exit_code == 0
+    assert "16 x 16 x 16 cells" in CliRunner().invoke(scene_command, ["check", path]).output
+    other = ["new", str(tmp_path / "other.toml"), "--dimension", "4"]
+    with pytest.raises(InputError, match="dimension = 4: .*accepted: 2, 3"):
+        CliRunner().invoke(scene_command, other, catch_exceptions=False)
+
+
+MESHES = {
+    "good.off": "OFF 4 4 0\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n3 0 1 2\n3 0 1 3\n3 0 2 3\n3 1 2 3\n",
+    # What its reader logs, with a traceback, must not be seen.
+    "bad.stl": "solid a\nfacet normal x\nouter loop\n" + "vertex 1 2 3\n" * 3 + "endloop\nendsolid",
+}
+
+
+def test_scenes_with_meshes_are_shown_and_checked_from_anywhere(tmp_path):
+    for name, text in MESHES.items():
+        (tmp_path / name).write_text(text)
+        scene = f'[grid]\nshape = [4, 4, 4]\n[[occluder]]\nkind = "mesh"\nfile = "{name}"\n'
+        (tmp_path / f"{name}.toml").write_text(scene)
+    good, bad = tmp_path / "good.off.toml", tmp_path / "bad.stl.toml"
+    process = flatland("scene", "check", good, bad)
+    assert process.returncode == 2
+    assert "4 x 4 x 4 cells, 0 lights, 1 occluders" in process.stdout
+    said = f"{bad}, line 5: occluder 1, file = 'bad.stl': has triangles without area: 1 of 1"
+    assert process.stderr.startswith(said)
+    assert process.stderr.count("\n") == 1
+    shown = CliRunner().invoke(scene_command, ["show", str(good)]).output
+    assert shown.endswith('kind = "mesh"\nfile = "good.off"\n')
 
 
 def test_a_new_scene_never_replaces_a_file(tmp_path):

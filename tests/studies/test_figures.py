@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-import importlib
-
 import numpy as np
 import pytest
 
 import propagators
 from flatland import Scene, load_scene
 from studies.comparison import compare
-from studies.figures import FIGURES
 from studies.figures.comparison import LARGEST_FOR_LOBES, comparison_data, draw_comparison
 from studies.running import Method
 from studies.style import figure_style, save_figure
@@ -50,14 +47,3 @@ def test_the_data_of_a_picture_holds_the_exact_flux():
     exact = propagators.create("analytic").solve(scene, 1)
     flux = data["exact"].values.mean(axis=0) * 2 * np.pi
     np.testing.assert_allclose(flux, exact.scalar_flux(), atol=2e-3)
-
-
-@pytest.mark.parametrize("name", FIGURES)
-def test_every_figure_draws_from_its_data_alone(name):
-    module = importlib.import_module(FIGURES[name][0])
-    scenes = {scene: _data(load_scene(scene), (2, 4, 8)) for scene in module.SCENES}
-    with figure_style():
-        figures = module.draw(scenes)
-    assert figures
-    for figure in figures.values():
-        assert figure.get_size_inches()[0] * 25.4 == pytest.approx(85)

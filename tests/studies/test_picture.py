@@ -12,7 +12,8 @@ import propagators
 from flatland import Field, Grid, InputError, Scene, load_scene
 from flatland.harmonics import basis_for
 from studies.commands.run import command
-from studies.figures.picture import Slice, draw_picture, read_slice, tone_mapped
+from studies.figures.picture import draw_picture, tone_mapped
+from studies.figures.slices import Slice, read_slice
 from studies.style import figure_style, save_figure
 from studies.surface import surface_errors, surface_irradiance_error, surface_samples
 
@@ -51,7 +52,9 @@ def test_false_colours_have_a_bar_with_units_and_three_colours_none(colours, bar
     if bars:
         assert "[W]" in figure.axes[1].get_ylabel()
     assert figure.axes[0].get_xlabel() == "x [m]"
-    assert len(figure.axes[0].lines) == 2  # the lamp and the shelf
+    _, lamps, walls = (lines.get_segments() for lines in figure.axes[0].collections)
+    np.testing.assert_array_equal(lamps, [[[30, 18], [30, 28]]])
+    np.testing.assert_array_equal(walls, [[[12, 16], [32, 16]]])
 
 
 @pytest.mark.parametrize(("text", "shape"), [("x=0", (5, 4)), ("y=3", (5, 3)), (None, (4, 3))])
@@ -59,6 +62,25 @@ def test_a_slice_shows_one_layer_with_its_first_axis_across(text, shape):
     with figure_style():
         figure = draw_picture(field_of(BOX), BOX, read_slice(text, BOX.grid))
     assert figure.axes[0].images[0].get_array().shape == shape
+
+
+def test_a_slice_shows_where_it_cuts_lights_and_walls():
+    scene = load_scene("shelf-3d")
+    with figure_style():
+        figure = draw_picture(field_of(scene), scene, read_slice("z=4", scene.grid))
+    _, lamps, walls = (lines.get_segments() for lines in figure.axes[0].collections)
+    assert sorted(map(tuple, lamps[0])) == [(15, 9), (15, 14)]
+    assert sorted(map(tuple, walls[0])) == [(6, 8), (16, 8)]
+    assert figure.axes[0].get_title() == "Light above a shelf in 3D at z = 4.5 m"
+
+
+def test_pictures_need_no_file_of_the_scene(tmp_path):
+    """Data files and meshes are found from the scene's folder, which pictures do not know."""
+    np.save(tmp_path / "light.npy", np.ones((1, 3, 3)))
+    light = {"kind": "file", "file": "light.npy"}
+    scene = Scene.from_dict({"grid": {"shape": [3, 3]}, "light": [light]}, directory=tmp_path)
+    with figure_style():
+        assert draw_picture(field_of(scene), scene).axes
 
 
 def test_the_middle_along_z_is_shown_if_nothing_is_said():
@@ -122,9 +144,9 @@ def test_samples_are_short_and_carry_the_exact_flux_to_both_sides():
     scene = load_scene("shelf")
     samples = surface_samples(scene)
     exact = propagators.create("analytic")
-    assert samples.lengths.max() <= scene.grid.spacing / 2 + 1e-12
-    assert samples.lengths.sum() == pytest.approx(40)
-    flux = samples.lengths @ samples.exact
+    assert samples.sizes.max() <= scene.grid.spacing / 2 + 1e-12
+    assert samples.sizes.sum() == pytest.approx(40)
+    flux = samples.sizes @ samples.exact
     assert flux == pytest.approx(exact.absorbed(scene).sum(), rel=1e-9)
 
 

@@ -1,4 +1,4 @@
-"""A light's view of the scene as lit pieces of surface."""
+"""Shadow maps in 2D: a light's view of the scene as lit pieces of segments."""
 
 from __future__ import annotations
 
@@ -10,46 +10,42 @@ from numpy.typing import NDArray
 
 from flatland.grid import Grid
 from flatland.shadow_map.clipping import clip_to_grid
+from flatland.shadow_map.line_placing import cell_shares, segment_sources
+from flatland.shadow_map.maps import CellShares, ShadowMap
 from flatland.shadow_map.nearest import nearest_walls
 from flatland.shadow_map.views import Array, Indices, View, parallel_view, point_view
-from flatland.sources import Segment
+from flatland.sources import Segment, SegmentSource
 
 
 @dataclass(frozen=True, eq=False)
-class ShadowMap:
-    """K lit pieces of surface, at least one per texel and surface seen in it, in map order.
+class LineMap(ShadowMap):
+    """K lit pieces of segments in map order; starts, stops: (K, 2) [m], the light on the left.
 
-    starts, stops: (K, 2) [m], the light on the left. normals: (K, 2), towards the light. walls:
-    (K,) place of the surface in the list of walls. texels: (K,) texel that each belongs to.
-    received: (K,), flux of a light of unit strength that arrives; a share of the flux of a point
-    light, a width [m] across a directional one. cosines: (K,), between the surface's normal and the
-    light, in the middle of the piece.
-    emitted: what a light of unit strength sends into the grid, in the same unit.
+    What `cell_shares` gets wrong: within a piece the flux is spread evenly, an error of the second
+    order in the width of a texel.
     """
 
     starts: Array
     stops: Array
-    normals: Array
-    walls: Indices
-    texels: Indices
-    received: Array
-    cosines: Array
-    emitted: float
 
     @property
     def positions(self) -> Array:
-        """Middles of the pieces (K, 2) [m]."""
         return 0.5 * (self.starts + self.stops)
 
-    @property
-    def escaped(self) -> float:
-        """What meets no surface in the grid, in the unit of `emitted`."""
-        return self.emitted - float(self.received.sum())
+    def cell_shares(self, chosen: Indices, flux: Array, grid: Grid) -> CellShares:
+        return cell_shares(self, chosen, flux, grid)
+
+    def source_map(self) -> LineMap:
+        return self
+
+    def sources(self, flux: Array, grid: Grid) -> list[SegmentSource]:
+        """Neighbours on a wall are joined to segments of about half a cell."""
+        return segment_sources(self, flux, grid)
 
 
-def map_point_light(
+def map_segments_round(
     grid: Grid, walls: Sequence[Segment], position: Array, texels: int
-) -> ShadowMap:
+) -> LineMap:
     """The full circle round a position (2,) [m], in equal arcs from the direction -x on.
 
     received is Δθ/2π: exact arcs, so a slanted surface needs no cosine (numerics §4).
@@ -59,9 +55,9 @@ def map_point_light(
     return _shadow_map(grid, view, 1 / (2 * np.pi))
 
 
-def map_directional_light(
+def map_segments_along(
     grid: Grid, walls: Sequence[Segment], direction: Array, texels: int
-) -> ShadowMap:
+) -> LineMap:
     """Equal strips across the grid, along a unit vector (2,) that light travels along.
 
     received is a strip's width [m], which holds the cosine of the surface. Light comes in through
@@ -78,7 +74,7 @@ def _walls_in(grid: Grid, walls: Sequence[Segment]) -> tuple[Array, Indices]:
     return clip_to_grid(grid.to_cells(ends), grid.shape)
 
 
-def _shadow_map(grid: Grid, view: View, unit: float) -> ShadowMap:
+def _shadow_map(grid: Grid, view: View, unit: float) -> LineMap:
     """unit: flux per key of a light of unit strength."""
     low, high, row = nearest_walls(view)
     lit = row >= 0
@@ -90,7 +86,7 @@ def _shadow_map(grid: Grid, view: View, unit: float) -> ShadowMap:
     received = unit * (high - low)
     cosines = _cosines(view, row, middle)
     normals = _normals(view.ends[row])
-    return ShadowMap(starts, stops, normals, view.walls[row], texels, received, cosines, emitted)
+    return LineMap(normals, view.walls[row], texels, received, cosines, emitted, starts, stops)
 
 
 def _hits(view: View, row: Indices, keys: Array) -> Array:

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import time
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
-from conftest import best_seconds
 from numba import njit
 from numpy.typing import NDArray
 
@@ -16,6 +17,22 @@ from flatland.stencil import Stencil
 Buffer = NDArray[np.floating]
 #: Passes in a row per call, so that handing work to threads does not count.
 _PASSES = 16
+#: Numbers along each side of arrays that no cache holds.
+LARGE = 4096
+
+
+def best_seconds(call: Callable[[], object], repeats: int) -> float:
+    """Shortest time of one call, after one that is not counted.
+
+    The shortest, because on a shared machine everything longer is somebody else's work.
+    """
+    call()
+    times = []
+    for _ in range(repeats):
+        begin = time.perf_counter()
+        call()
+        times.append(time.perf_counter() - begin)
+    return min(times)
 
 
 @njit(nogil=True, fastmath=True, cache=True)
@@ -48,8 +65,8 @@ def traffic_seconds(layout: Layout, repeats: int = 30) -> float:
 
 def main_memory_bandwidth() -> float:
     """Bytes per second of the same traffic on arrays that no cache holds."""
-    layout = Layout((4096, 4096), 1, np.dtype(np.float32))
-    return 4 * 4 * 4096**2 / traffic_seconds(layout, 3)
+    layout = Layout((LARGE, LARGE), 1, np.dtype(np.float32))
+    return 4 * 4 * LARGE**2 / traffic_seconds(layout, 3)
 
 
 def numpy_step(stencil: Stencil, source: Buffer, target: Buffer, total: Buffer) -> None:

@@ -1,0 +1,211 @@
+"""One grid of a run: its light, the walls on it, and its books."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Sequence
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flatland.errors import SchemeWarning
+from flatland.grid import Grid
+from flatland.kernels import Layout, Sweep
+from flatland.kernels.reports import Buffer
+from flatland.ledger import Bookkeeper, Ledger
+from flatland.light_state import LightState
+from flatland.occlusion import Occlusion
+from flatland.solvers import SolveReport, solve_converged
+from flatland.stencil import Stencil
+
+Values = NDArray[np.floating]
+
+PRECISIONS = ("float64", "float32")
+_CLAMPED = "a clamped step is not linear: the converged field is that of the scheme without clamp"
+
+
+class Level:
+    """One grid that a stencil steps, for light of one or several spectra.
+
+    scales: per spectrum, the power of two that its numbers are kept in units of. occlusion: what
+    walls do to the links of this grid; see `block`. skip: cells that light has not reached are not
+    swept, which changes nothing but rounding in the books. Starts dark.
+    """
+
+    def __init__(
+        self,
+        grid: Grid,
+        stencil: Stencil,
+        precision: str,
+        scales: Sequence[float],
+        occlusion: Occlusion,
+        skip: bool = True,
+    ) -> None:
+        self.grid, self.stencil = grid, stencil
+        self.layout = Layout(grid.shape, stencil.basis.size, np.dtype(precision))
+        self.states = [LightState(self.layout, scale, skip) for scale in scales]
+        self.occlusion = occlusion
+        self.reset()
+
+    def block(self, occlusion: Occlusion) -> None:
+        """Other walls from now on; the light stays where it is."""
+        self.occlusion = occlusion
+        for name in ("_books", "_sweeps", "_free_sweep"):
+            self.__dict__.pop(name, None)
+
+    @cached_property
+    def _books(self) -> Bookkeeper:
+        return Bookkeeper(self.stencil, blocked=self.occlusion.transmittance is not None)
+
+    @cached_property
+    def _sweeps(self) -> list[Sweep]:
+        """The sweep of each spectrum; compiled when light is first here."""
+        tau, reflections = self.occlusion.transmittance, self.occlusion.reflections
+        sweep = Sweep(self.stencil, self.layout, tau, self._books.components)
+        if self.occlusion.coloured:
+            return [sweep.reflecting(reflection) for reflection in reflections]
+        return [sweep.reflecting(reflections[0]) if reflections else sweep] * len(self.states)
+
+    @cached_property
+    def _free_sweep(self) -> Sweep | None:
+        """For a first step that is not blocked."""
+        if not self.occlusion.free_first_step:
+            return None
+        return Sweep(self.stencil, self.layout, None, self._books.components)
+
+    @property
+    def free_first_step(self) -> bool:
+        """Whether the first step is not blocked; light that has moved before has had its own."""
+        return self.occlusion.free_first_step and not self._moved
+
+    @property
+    def _first_sweep(self) -> Sweep | None:
+        """The sweep of the next step, where it is another one than usual."""
+        return self._free_sweep if self.iteration == 0 and self.free_first_step else None
+
+    def prepare(self) -> None:
+        """Compile now what stepping needs, so that it is not timed."""
+        _ = self._sweeps, self._free_sweep
+
+    def reset(self) -> None:
+        """No light anywhere, iteration 0, empty books."""
+        for state in self.states:
+            state.reset()
+        self.iteration = 0
+        self.dark = True
+        self._moved = False
+        #: Whether `solve` was called, whatever came of it.
+        self.solved = False
+        self.ledgers = [Ledger() for _ in self.states]
+
+    def start(self, newest: Sequence[Values], passed: Sequence[Values] | None = None) -> None:
+        """Begin with light (size, *shape) per spectrum, in units of its scale.
+
+        passed: light that has been here before; it is part of what is accumulated.
+        """
+        self.reset()
+        self.dark, self._moved = False, passed is not None
+        components = list(self._books.components)
+        for i, (state, ledger) in enumerate(zip(self.states, self.ledgers)):
+            state.start(newest[i], None if passed is None else passed[i], components)
+            self._books.open(ledger, float(state.component_sums[0]) * self._unit(state))
+
+    def lit_cells(self) -> NDArray[np.bool_]:
+        """Cells that any light has been in, (*shape), by the light itself."""
+        lit = [(self.layout.view(state.total) != 0).any(axis=0) for state in self.states]
+        return np.asarray(np.any(lit, axis=0))
+
+    @property
+    def batch(self) -> int:
+        """Steps that may run before the next look; no limit where there is no light."""
+        if self.dark:
+            return 1 << 30
+        if self._first_sweep is not None:
+            return 1
+        return min(state.batch for state in self.states)
+
+    def advance(self, count: int) -> None:
+        """`count` steps, at most `batch`; without light nothing happens."""
+        if not self.dark:
+            first = self._first_sweep
+            for state, sweep, ledger in zip(self.states, self._sweeps, self.ledgers):
+                before = state.component_sums
+                sums = state.advance(count, first or sweep)
+                self._books.enter(ledger, before, sums, self._unit(state), first is None)
+        self.iteration += count
+
+    def run(self, count: int) -> None:
+        """Any number of steps. Raises InstabilityError when the light grows wild in them."""
+        last = self.iteration + count
+        while self.iteration < last:
+            self.require_tame()
+            self.advance(min(last - self.iteration, self.batch))
+        if count > 0:
+            self.require_tame()
+
+    @property
+    def tame(self) -> bool:
+        """Whether light has not grown wild."""
+        return self.dark or all(state.tame for state in self.states)
+
+    def require_tame(self) -> None:
+        """Raise InstabilityError once light has grown wild, so that it never overflows."""
+        for state in () if self.dark else self.states:
+            state.require_tame(self.iteration)
+
+    def solve(self, tolerance: float, method: str) -> SolveReport | None:
+        """Replace the light that was started with by all that ever comes of it.
+
+        See `Simulation.solve`. None if nothing has ever been started.
+        """
+        self.solved = True
+        if self.dark:
+            return None
+        reports = [
+            self._solve_one(state, sweep, ledger, tolerance, method)
+            for state, sweep, ledger in zip(self.states, self._sweeps, self.ledgers)
+        ]
+        return max(reports, key=lambda report: report.residual)
+
+    def warn_of_clamp(self, stacklevel: int) -> None:
+        """Say that a converged field is that of the scheme's linear twin, where it is."""
+        if self.stencil.clamp:
+            warnings.warn(_CLAMPED, SchemeWarning, stacklevel=stacklevel + 1)
+
+    def _solve_one(
+        self, state: LightState, sweep: Sweep, ledger: Ledger, tolerance: float, method: str
+    ) -> SolveReport:
+        """Solve for one spectrum and book what its field sends, loses and keeps."""
+        clamp = self.stencil.clamp
+        sweep = sweep.linear() if clamp else sweep
+        # What does not move any more: light that passed before, and what a free first step leaves.
+        start: Buffer = state.total - state.target
+        free = self._first_sweep
+        if free is not None:
+            start = state.total.copy()
+            before = state.component_sums
+            sums = state.advance(1, free.linear() if clamp else free)
+            self._books.enter(ledger, before, sums, self._unit(state), blocked=False)
+        try:
+            report = solve_converged(sweep, state.target, state.total, tolerance, method)
+            scratch = np.zeros_like(state.total)
+            sums = sweep.steps(state.total, state.source, scratch, 1)
+            total = state.sums_of(state.total, list(self._books.components))
+            self._books.close(ledger, total, sums, self._unit(state))
+        finally:
+            state.total += start
+        state.source[:] = 0
+        state.target[:] = 0
+        return report
+
+    def values(self, name: str) -> list[Values]:
+        """Cells (size, *shape) of "source", "target" or "total" per spectrum, as light really is.
+
+        Not views: they stay when the run goes on.
+        """
+        return [state.values(getattr(state, name)) for state in self.states]
+
+    def _unit(self, state: LightState) -> float:
+        """Flux of one unit of a state's coefficient 0."""
+        return float(state.scale * self.stencil.basis.flux_weight)

@@ -1,0 +1,1 @@
+"""What the desktop knows and does, without Qt: tested without an application."""

@@ -1,0 +1,1 @@
+"""Fields as pictures: arrays in, RGBA arrays and outlines out; no Qt."""

@@ -1,0 +1,1 @@
+"""The exact reference in three dimensions."""

@@ -1,0 +1,5 @@
+"""Discrete ordinates with exact beams."""
+
+from propagators.beam.propagator import Beam
+
+__all__ = ["Beam"]

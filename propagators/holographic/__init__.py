@@ -1,0 +1,5 @@
+"""Holographic radiance cascades."""
+
+from propagators.holographic.propagator import HolographicCascades
+
+__all__ = ["HolographicCascades"]

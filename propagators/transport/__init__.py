@@ -1,0 +1,1 @@
+"""What the schemes that answer a scene directly share: surfaces, ordinates, lights without size."""

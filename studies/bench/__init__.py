@@ -1,0 +1,1 @@
+"""Speed on this machine, as ratios to limits that are measured in the same run."""
