@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -12,10 +13,9 @@ from flatland.errors import ConvergenceError, InstabilityError, bad_input
 from flatland.kernels import Sweep
 from flatland.kernels.reports import Buffer
 from flatland.solvers.bicgstab import Operator, bicgstab
-from flatland.solvers.mirrored import Mirrored, is_affordable
 from flatland.solvers.factorization import factorization, is_factorized
-from flatland.solvers.gmres import flexible_gmres
 from flatland.solvers.multigrid import Multigrid
+from flatland.solvers.reduced import Reduced, diffuses, is_reducible
 from flatland.solvers.vectors import norm
 from flatland.solvers.watching import applied
 from flatland.stability import RADIUS_TOLERANCE
@@ -23,7 +23,10 @@ from flatland.stability import RADIUS_TOLERANCE
 METHODS = ("auto", "multigrid", "mirrored", "stepping", "krylov", "factorization")
 #: Iterations after which a Krylov method is taken to have stalled.
 _MULTIGRID_ITERATIONS = 30
-_MIRRORED_ITERATIONS = 200
+#: Part of the residual that a correction by transforms may leave.
+_LEAST_GAIN = 0.3
+#: Cells below which transforms are not worth their set-up.
+_WORTH_TRANSFORMS = 4000
 _KRYLOV_ITERATIONS = 4000
 _STEPPING_SWEEPS = 20_000
 _STEPPING_BATCH = 16
@@ -68,7 +71,7 @@ class _Problem:
             cycles = _cycles_for(self.sweep)
             cycles.precondition(self.right, self.sweep.layout.allocate())
         if method == "mirrored":
-            _mirrored_for(self.sweep)
+            _reduced_for(self.sweep)
         bicgstab(self.apply, _copy, self.right, 0.5, 1)
         self.applications = 0
 
@@ -94,9 +97,12 @@ def solve_converged(
     """Write the solution of (1 − A) S_A = S_0 into `answer`.
 
     tolerance: bound on the relative residual. method: "multigrid" (BiCGSTAB with a multigrid
-    cycle as preconditioner; van der Vorst 1992), "krylov" (BiCGSTAB alone), "factorization"
-    (sparse LU, kept for further lights), or "auto": kept factors if there are any, else multigrid,
-    else BiCGSTAB alone where multigrid stalls. Works in float64 whatever the fields' precision.
+    cycle as preconditioner; van der Vorst 1992), "mirrored" (fast transforms, and GMRES at the
+    border and on walls alone; see `Reduced`), "stepping", "krylov" (BiCGSTAB alone),
+    "factorization" (sparse LU, kept for further lights), or "auto": kept factors if there are any,
+    multigrid for schemes that diffuse in open 2D grids, else transforms in grids that are worth
+    their set-up, and the others in turn where one stalls. Works in float64 whatever the fields'
+    precision.
 
     Raises InstabilityError if the spectral radius exceeds 1 (the sum over steps then has no
     limit), ConvergenceError if the tolerance is not reached.
@@ -137,12 +143,17 @@ def solve_converged(
 
 
 def _candidates(sweep: Sweep, method: str) -> list[str]:
+    """Methods in the order in which they are tried, by what was measured fastest."""
     if method != "auto":
         return [method]
     operator = sweep.stencil, sweep.layout.shape, sweep.open_share, sweep.reflection
-    if is_factorized(*operator):
-        return ["factorization", "multigrid", "stepping", "krylov"]
-    return ["multigrid", "stepping", "krylov"]
+    first = ["factorization"] if is_factorized(*operator) else []
+    is_open = sweep.open_share is None and sweep.reflection is None
+    fast_multigrid = is_open and len(sweep.layout.shape) == 2 and diffuses(sweep.stencil)
+    if math.prod(sweep.layout.shape) >= _WORTH_TRANSFORMS and is_reducible(sweep):
+        rest = ["mirrored", "multigrid", "stepping", "krylov"]
+        return first + (["multigrid", *rest] if fast_multigrid else rest)
+    return [*first, "multigrid", "stepping", "krylov"]
 
 
 def _multigrid(problem: _Problem, tolerance: float) -> Buffer:
@@ -154,12 +165,18 @@ def _multigrid(problem: _Problem, tolerance: float) -> Buffer:
 
 
 def _mirrored(problem: _Problem, tolerance: float) -> Buffer:
-    precondition = _mirrored_for(problem.sweep).precondition
-    outcome = flexible_gmres(
-        problem.apply, precondition, problem.right, 0.5 * tolerance, _MIRRORED_ITERATIONS, 60
-    )
-    problem.iterations += outcome.iterations
-    return outcome.answer
+    """Corrections by transforms, until they do not gain any more."""
+    reduced = _reduced_for(problem.sweep)
+    goal, before = tolerance * norm(problem.right), np.inf
+    answer, rest = problem.sweep.layout.allocate(), problem.right.copy()
+    applications = reduced.applications
+    while goal < (left := norm(rest)) < _LEAST_GAIN * before:
+        before, best = left, answer.copy()
+        problem.iterations += reduced.correct(rest, answer, 0.5 * goal)
+        problem.apply(answer, rest)
+        np.subtract(problem.right, rest, out=rest)
+    problem.applications += reduced.applications - applications
+    return answer if left < before else best
 
 
 def _krylov(problem: _Problem, tolerance: float) -> Buffer:
@@ -217,11 +234,11 @@ def _cycles_for(sweep: Sweep) -> Multigrid:
     return sweep.hierarchy
 
 
-def _mirrored_for(sweep: Sweep) -> Mirrored:
-    """The spectrum of a sweep, computed once and kept with it."""
+def _reduced_for(sweep: Sweep) -> Reduced:
+    """What transforms need of a sweep, computed once and kept with it."""
     if sweep.mirrored is None:
-        sweep.mirrored = Mirrored(sweep)
-    assert isinstance(sweep.mirrored, Mirrored)
+        sweep.mirrored = Reduced(sweep)
+    assert isinstance(sweep.mirrored, Reduced)
     return sweep.mirrored
 
 

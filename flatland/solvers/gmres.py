@@ -41,15 +41,14 @@ def flexible_gmres(
     iterations = 0
     while start > 0 and residual > tolerance * start and iterations < limit:
         steps = min(restart, limit - iterations)
-        space = _Space(rest, residual, steps)
+        space, before = _Space(rest, residual, steps), residual
         residual = space.grow(apply, precondition, tolerance * start)
         iterations += space.count
         space.add_to(answer)
-        before = residual
         apply(answer, work)
         np.subtract(right, work, out=rest)
         residual = float(np.sqrt(dot(rest, rest)))
-        if not residual < 1e4 * before:
+        if not residual < 0.5 * before:
             break
     return Outcome(answer, iterations, residual / start if start else 0.0)
 
