@@ -62,9 +62,8 @@ class Sweep:
         self.border_cells, self.border_weights = border(stencil, layout, transmittance)
         #: What a solver keeps between right-hand sides.
         self.hierarchy: object | None = None
-        self.mirrored: object | None = None
         self.prepared: set[str] = set()
-        self.double: Sweep | None = None
+        self.double: tuple[bytes | None, Sweep] | None = None
         self.by_matrices = self.couplings > LARGEST_TEXT
         if self.by_matrices:
             self._matrices = MatrixSweep(stencil, layout, self.transmittance)
@@ -103,7 +102,7 @@ class Sweep:
         if reflection is None:
             return self
         twin = copy(self)
-        twin.hierarchy, twin.mirrored, twin.double = None, None, None
+        twin.hierarchy, twin.double = None, None
         twin.prepared = set()
         twin.reflection = reflection
         twin._reflector = Reflector(reflection, self.stencil, self.layout)

@@ -4,16 +4,21 @@ from __future__ import annotations
 
 import math
 import time
+from collections import OrderedDict
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from flatland.errors import ConvergenceError, InstabilityError, bad_input
 from flatland.kernels import Sweep
 from flatland.kernels.reports import Buffer
 from flatland.solvers.bicgstab import Operator, bicgstab
-from flatland.solvers.factorization import factorization, is_factorized
+from flatland.solvers.factorization import factorization, factorization_key, is_factorized
+from flatland.solvers.growth import growth_factor, may_grow
+from flatland.solvers.lighted import lighted_cells, reflection_in
+from flatland.solvers.mirrored import is_mirror_symmetric
 from flatland.solvers.multigrid import Multigrid
 from flatland.solvers.reduced import Reduced, diffuses, is_reducible
 from flatland.solvers.vectors import norm
@@ -24,12 +29,15 @@ METHODS = ("auto", "multigrid", "mirrored", "stepping", "krylov", "factorization
 #: Iterations after which a Krylov method is taken to have stalled.
 _MULTIGRID_ITERATIONS = 30
 #: Part of the residual that a correction by transforms may leave.
-_LEAST_GAIN = 0.3
+_LEAST_GAIN = 0.7
 #: Cells below which transforms are not worth their set-up.
 _WORTH_TRANSFORMS = 4000
 _KRYLOV_ITERATIONS = 4000
 _STEPPING_SWEEPS = 20_000
 _STEPPING_BATCH = 16
+#: Memory for what is kept of operators that transforms have solved.
+_KEPT_BYTES = 2**30
+_reduced: OrderedDict[tuple[object, ...], Reduced] = OrderedDict()
 
 
 @dataclass(frozen=True)
@@ -53,10 +61,11 @@ class _Problem:
     """(1 − A) x = b on padded float64 buffers; the border of zeros stays zero."""
 
     def __init__(self, sweep: Sweep, right: Buffer) -> None:
-        if sweep.layout.dtype == np.float64:
-            self.sweep = sweep
-        else:
-            self.sweep = _in_double(sweep)
+        #: Where light gets to; the rest of the answer is zero.
+        self.lighted: NDArray[np.bool_] | None = None
+        if sweep.reflection is not None:
+            self.lighted = lighted_cells(sweep, right)
+        self.sweep = _in_double(sweep, self.lighted)
         self.right = self.sweep.layout.allocate()
         self.sweep.layout.view(self.right)[...] = sweep.layout.view(right)
         self.applications = 0
@@ -104,11 +113,15 @@ def solve_converged(
     their set-up, and the others in turn where one stalls. Works in float64 whatever the fields'
     precision.
 
-    Raises InstabilityError if the spectral radius exceeds 1 (the sum over steps then has no
-    limit), ConvergenceError if the tolerance is not reached.
+    Raises InstabilityError if the spectral radius exceeds 1, of the scheme or of what reflecting
+    walls make of it (the sum over steps then has no limit), ConvergenceError if the tolerance is
+    not reached.
     """
     if method not in METHODS:
         raise bad_input("method", method, "is unknown", METHODS)
+    if method == "mirrored" and not is_mirror_symmetric(sweep.stencil):
+        rule = "needs a scheme that is its own mirror image"
+        raise bad_input("method", method, rule, ("auto", "multigrid", "krylov"))
     if not 0 < tolerance < 1:
         raise bad_input("tolerance", tolerance, "must lie between 0 and 1")
     radius = sweep.stencil.spectral_radius()
@@ -116,11 +129,13 @@ def solve_converged(
         message = f"no converged field: the scheme's spectral radius is {radius:.4f}, above 1"
         raise InstabilityError(message)
     problem = _Problem(sweep, right)
-    candidates = _candidates(sweep, method)
+    candidates = _candidates(problem.sweep, method)
     problem.prepare(candidates[0])
     begin = time.perf_counter()
     for name in candidates:
         values = _RUN[name](problem, tolerance)
+        if problem.lighted is not None:
+            problem.sweep.layout.view(values)[:, ~problem.lighted] = 0.0
         residual = problem.residual(values)
         if residual <= tolerance:
             break
@@ -133,13 +148,29 @@ def solve_converged(
         tolerance,
         time.perf_counter() - begin,
     )
-    if not residual <= tolerance:
+    solved = residual <= tolerance
+    if name != "stepping" and not (solved and not may_grow(problem.sweep, values)):
+        _require_no_growth(problem)
+    if not solved:
         message = (
             f"{name} stopped at a relative residual of {residual:.2e}, not {tolerance:.2e}, after "
             f"{report.iterations} iterations; the field reached so far is kept"
         )
         raise ConvergenceError(message)
     return report
+
+
+def _require_no_growth(problem: _Problem) -> None:
+    """Raise InstabilityError where walls send back more than they get."""
+    if problem.sweep.reflection is None:
+        return
+    growth = growth_factor(problem.sweep, problem.right)
+    if growth > 1:
+        message = (
+            f"no converged field: light grows by a factor {growth:.4f} a step among these walls, "
+            "though the scheme is stable without them"
+        )
+        raise InstabilityError(message)
 
 
 def _candidates(sweep: Sweep, method: str) -> list[str]:
@@ -169,13 +200,15 @@ def _mirrored(problem: _Problem, tolerance: float) -> Buffer:
     reduced = _reduced_for(problem.sweep)
     goal, before = tolerance * norm(problem.right), np.inf
     answer, rest = problem.sweep.layout.allocate(), problem.right.copy()
-    applications = reduced.applications
     while goal < (left := norm(rest)) < _LEAST_GAIN * before:
         before, best = left, answer.copy()
-        problem.iterations += reduced.correct(rest, answer, 0.5 * goal)
+        iterations = reduced.correct(rest, answer, 0.5 * goal)
+        problem.iterations += iterations
+        # An application in the cells of the edges alone counts as a whole one; to start a
+        # correction and to check the space it was found in takes two more.
+        problem.applications += iterations + 2
         problem.apply(answer, rest)
         np.subtract(problem.right, rest, out=rest)
-    problem.applications += reduced.applications - applications
     return answer if left < before else best
 
 
@@ -235,17 +268,28 @@ def _cycles_for(sweep: Sweep) -> Multigrid:
 
 
 def _reduced_for(sweep: Sweep) -> Reduced:
-    """What transforms need of a sweep, computed once and kept with it."""
-    if sweep.mirrored is None:
-        sweep.mirrored = Reduced(sweep)
-    assert isinstance(sweep.mirrored, Reduced)
-    return sweep.mirrored
+    """What transforms need of an operator; the last few are kept, for other lights."""
+    key = factorization_key(sweep.stencil, sweep.layout.shape, sweep.open_share, sweep.reflection)
+    if key not in _reduced:
+        _reduced[key] = Reduced(sweep)
+    _reduced.move_to_end(key)
+    while len(_reduced) > 1 and sum(each.bytes for each in _reduced.values()) > _KEPT_BYTES:
+        _reduced.popitem(last=False)
+    return _reduced[key]
 
 
-def _in_double(sweep: Sweep) -> Sweep:
-    """The same sweep in float64, built once and kept with it."""
-    if sweep.double is None:
+def _in_double(sweep: Sweep, lighted: NDArray[np.bool_] | None) -> Sweep:
+    """The same sweep in float64, with what reflects in some cells only.
+
+    Kept with the sweep, until other cells are asked for.
+    """
+    if sweep.reflection is None and sweep.layout.dtype == np.float64:
+        return sweep
+    key = None if lighted is None else lighted.tobytes()
+    if sweep.double is None or sweep.double[0] != key:
         layout = replace(sweep.layout, dtype=np.dtype(np.float64))
         twin = Sweep(sweep.stencil, layout, sweep.open_share)
-        sweep.double = twin.reflecting(sweep.reflection)
-    return sweep.double
+        if sweep.reflection is not None and lighted is not None:
+            twin = twin.reflecting(reflection_in(sweep.reflection, lighted))
+        sweep.double = key, twin
+    return sweep.double[1]

@@ -78,8 +78,8 @@ class Edges:
         for links, transfer in zip(self.links, self.transfer):
             light = flat[:, links.places] * links.share
             result[links.rows] += (transfer @ light).T
-        light = flat[:, self.places[self.local_rows]].T
-        result[self.local_rows] -= np.einsum("mij,mj->mi", self.local, light)
+        back = flat[:, self.places[self.local_rows]].T
+        result[self.local_rows] -= np.einsum("mij,mj->mi", self.local, back)
         return result
 
 

@@ -20,7 +20,7 @@ Integers = NDArray[np.int64]
 
 #: Cells along the sides of a patch; twice as many, until unknowns are few enough to be inverted.
 SIDE = 4
-LARGEST = 3000
+LARGEST = 4000
 #: Components that keep less than this share of themselves in a step matter next to a patch only.
 _LASTING = 0.3
 #: A link that lets more than this through joins two cells of a block to one patch.
@@ -62,8 +62,8 @@ def lasting_components(stencil: Stencil) -> Integers:
 class Patches:
     """The operator 1 + (A between mirrors − A) (1 − A between mirrors)⁻¹ between patches.
 
-    One unknown per patch and component, the same in all its cells, of length 1; and one per
-    component of each endless wave. Light between patches far apart starts in their middles.
+    One unknown per patch and component, the same in all its cells, of length 1. Light between
+    patches far apart starts in their middles.
     """
 
     def __init__(self, edges: Edges, sweep: Sweep) -> None:
@@ -86,12 +86,11 @@ class Patches:
             (self.weights, (self.numbers, np.arange(len(self.numbers)))),
             shape=(self.count, len(self.numbers)),
         )
-        waves = mirrored.endless.shape[0] * self.size
-        matrix = np.eye(self.unknowns + waves, dtype=np.float32)
-        matrix[: self.unknowns, : self.unknowns] += self._between(side)
+        matrix = self._between(side)
+        matrix.reshape(-1)[:: self.unknowns + 1] += 1
         self.factors = linalg.lu_factor(matrix, overwrite_a=True, check_finite=False)
 
-    def _between(self, side: int) -> Array:
+    def _between(self, side: int) -> NDArray[np.float32]:
         starts, rows, blocks = self._stopped()
         mirrored = self.edges.mirrored
         order = np.argsort(self.numbers, kind="stable")
@@ -134,17 +133,17 @@ class Patches:
     def precondition(self, values: Array, answer: Array) -> None:
         """answer = values, with the patches' part replaced by that of the inverse.
 
-        values: those of the cells (M, size), then those of endless waves, as one vector.
+        values: those of the cells (M, size), then those of endless waves, as one vector; the
+        latter stay.
         """
         end = len(self.numbers) * self.size
         cells = values[:end].reshape(-1, self.size)
-        coarse = np.concatenate([(self.gather @ cells[:, self.kept]).ravel(), values[end:]])
+        coarse = (self.gather @ cells[:, self.kept]).ravel()
         single = coarse.astype(np.float32)
         change = linalg.lu_solve(self.factors, single, check_finite=False) - coarse
         answer[:] = values
-        spread = change[: self.unknowns].reshape(self.count, -1)[self.numbers]
+        spread = change.reshape(self.count, -1)[self.numbers]
         answer[:end].reshape(cells.shape)[:, self.kept] += self.weights[:, None] * spread
-        answer[end:] += change[self.unknowns :]
 
 
 def _signs(parities: Integers) -> NDArray[np.float32]:

@@ -47,18 +47,22 @@ class Reduced:
         self.layout = sweep.layout
         self.mirrored = Mirrored(stencil, sweep.layout.shape)
         self.edges = Edges(sweep, self.mirrored)
-        self.precondition = _copy
-        if sweep.open_share is not None or sweep.reflection is not None or not diffuses(stencil):
-            self.precondition = Patches(self.edges, sweep).precondition
+        self.patches = Patches(self.edges, sweep) if _needs_patches(sweep) else None
         self._cells = (len(self.edges.cells), self.mirrored.size)
         self._end = len(self.edges.cells) * self.mirrored.size
         self._inside = (slice(None), *(slice(1, 1 + n) for n in self.mirrored.shape))
-        self.applications = 0
+
+    @property
+    def bytes(self) -> int:
+        """Memory that is kept."""
+        patches = 0 if self.patches is None else self.patches.factors[0].nbytes
+        return int(self.mirrored.inverse.nbytes + patches + 8 * 8 * self._end)
 
     def correct(self, right: Buffer, answer: Buffer, goal: float) -> int:
-        """Add an approximate solution of (1 − A) x = right to `answer`; returns iterations.
+        """Add an approximate solution of (1 − A) x = right to `answer`.
 
-        goal: residual, in the L2 norm, below which nothing is gained.
+        goal: residual, in the L2 norm, below which nothing is gained. Returns iterations, each with
+        one application of the operator in the cells of the edges.
         """
         view = self.layout.view(right)
         size = float(np.abs(view).max(initial=0.0))
@@ -71,16 +75,16 @@ class Reduced:
         rest = np.concatenate([-self.edges.difference(free).ravel(), missing.ravel()])
         wanted = max(_GAIN * length, goal / size) / max(float(np.linalg.norm(rest)), 1e-300)
         tolerance = min(max(wanted, _PRECISION), 0.5)
+        precondition = _copy if self.patches is None else self.patches.precondition
         outcome = flexible_gmres(
-            self._apply, self.precondition, rest, tolerance, _ITERATIONS, _ITERATIONS
+            self.apply, precondition, rest, tolerance, _ITERATIONS, _ITERATIONS
         )
         found = free + self._between_mirrors(outcome.answer)[0]
         self.layout.view(answer)[...] += size * found[self._inside]
         return outcome.iterations
 
-    def _apply(self, values: Array, result: Array) -> None:
-        """1 + U P in the cells, and what endless waves lack."""
-        self.applications += 1
+    def apply(self, values: Array, result: Array) -> None:
+        """1 + U P in the cells (M, size), and what endless waves (W, size) lack, as one vector."""
         applied(1)
         found, missing = self._between_mirrors(values)
         result[: self._end] = self.edges.difference(found).ravel()
@@ -90,6 +94,12 @@ class Reduced:
     def _between_mirrors(self, values: Array) -> tuple[Waves, Array]:
         field = self.edges.spread(values[: self._end].reshape(self._cells))
         return self.mirrored.solve(field, values[self._end :].reshape(-1, self.mirrored.size))
+
+
+def _needs_patches(sweep: Sweep) -> bool:
+    """Whether patches save more iterations than they cost: in space they are too many."""
+    is_open = sweep.open_share is None and sweep.reflection is None
+    return len(sweep.layout.shape) == 2 and not (is_open and diffuses(sweep.stencil))
 
 
 def diffuses(stencil: Stencil) -> bool:
