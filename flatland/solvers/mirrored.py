@@ -98,13 +98,14 @@ class Mirrored:
     def solve(self, field: Waves, extra: Array | None = None) -> tuple[Waves, Array]:
         """(1 − A)⁻¹ of a field, and what is missing of it in endless waves, (W, size).
 
-        extra: (W, size), amplitudes of endless waves that are added to the field, which is lost.
+        extra: (W, size), endless waves that are added to the field, which is lost. Both are
+        amplitudes in units that give a field of about length 1 in the L2 norm.
         """
         self.transform(field)
         at = (slice(None), *self.endless.T)
         if extra is not None:
-            field[at] += (self.norm * extra).T
-        amplitudes = field[at].T.astype(float) / self.norm
+            field[at] += (math.sqrt(self.norm) * extra).T
+        amplitudes = field[at].T.astype(float) / math.sqrt(self.norm)
         found = np.einsum("ij...,j...->i...", self.inverse, field)
         self.transform(found)
         return found, np.einsum("wij,wj->wi", self.missing, amplitudes)
