@@ -19,6 +19,7 @@ from flatland.kernels.layout import Layout
 from flatland.kernels.matrix_sweep import MatrixSweep
 from flatland.kernels.reflection import Reflection, Reflector
 from flatland.kernels.reports import Buffer, StepSums
+from flatland.kernels.shares import is_written_twice, packed_shares
 from flatland.kernels.stepping import stepping_text
 from flatland.kernels.threads import address, rows_of, run_shared, thread_count, yield_address
 from flatland.stencil import Stencil
@@ -56,7 +57,13 @@ class Sweep:
         self.couplings = int(np.count_nonzero(significant(stencil.transfer)))
         self._work = self.couplings * layout.rows * layout.width
         self.open_share = transmittance
-        self.transmittance = self._padded(transmittance)
+        self.by_matrices = self.couplings > LARGEST_TEXT
+        self.transmittance: Buffer | None = None
+        if transmittance is not None and self.by_matrices:
+            self.transmittance = self._padded(transmittance)
+        elif transmittance is not None:
+            everywhere = not is_written_twice(self.couplings)
+            self.transmittance = packed_shares(stencil.offsets, layout, transmittance, everywhere)
         self._tau_address = address(self.transmittance)
         self._rows = layout.rows
         self.border_cells, self.border_weights = border(stencil, layout, transmittance)
@@ -64,7 +71,6 @@ class Sweep:
         self.hierarchy: object | None = None
         self.prepared: set[str] = set()
         self.double: tuple[bytes | None, Sweep] | None = None
-        self.by_matrices = self.couplings > LARGEST_TEXT
         if self.by_matrices:
             self._matrices = MatrixSweep(stencil, layout, self.transmittance)
             return
@@ -225,10 +231,8 @@ class Sweep:
         work = self._work * rows // self._rows
         return min(thread_count(), rows) if work > worth else 1
 
-    def _padded(self, transmittance: NDArray[np.float64] | None) -> Buffer | None:
+    def _padded(self, transmittance: NDArray[np.float64]) -> Buffer:
         """τ in the layout of the fields, its border 1 (only zeros come from there)."""
-        if transmittance is None:
-            return None
         layout = replace(self.layout, components=len(self.stencil.offsets))
         buffer = layout.allocate()
         layout.view(buffer)[...] = transmittance
