@@ -9,8 +9,8 @@ from flatland.kernels.reports import Buffer
 from flatland.solvers.vectors import norm
 from flatland.solvers.watching import applied
 
-#: Flux below zero, against the largest, that ringing of few bands does not explain.
-_NEGATIVE = 1e-3
+#: Flux below zero, against the largest, that ringing of few bands does not explain (0.1 of DOM8).
+_NEGATIVE = 0.25
 #: Steps between two looks, and looks at most.
 _STEPS, _LOOKS = 32, 16
 #: Two looks that agree this well have found the factor.
