@@ -58,6 +58,16 @@ class Level:
         self.block(occlusion)
         self.reset()
 
+    def rescale(self, scales: Sequence[float]) -> None:
+        """Room for light of other spectra; nothing is lit. Walls stay as they are."""
+        if len(scales) != len(self.states):
+            skip = self.states[0].skip
+            self.states = [LightState(self.layout, scale, skip) for scale in scales]
+            self.__dict__.pop("_sweeps", None)
+        for state, scale in zip(self.states, scales):
+            state.scale = scale
+        self.reset()
+
     def block(self, occlusion: Occlusion) -> None:
         """Other walls from now on; the light stays where it is."""
         if self.medium is not None:

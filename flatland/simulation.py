@@ -152,6 +152,29 @@ class Simulation:
         self.merged: Field | None = None
         self._injected = False
 
+    def relight(self, scene: Scene) -> None:
+        """Take over the lights of another scene, dark and from a fresh start.
+
+        What was made for the walls stays: what they stop, on every level, and what `solve` has set
+        up. So the converged light of a lamp that moves costs little more than its iterations.
+        Raises InputError if anything but lights differs, or if lights block.
+        """
+        mine = self.scene
+        if (scene.grid, scene.occluders) != (mine.grid, mine.occluders):
+            raise bad_input("scene", scene.title, "must have the same grid and occluders")
+        if scene.colours != mine.colours:
+            rule = f"must have as many colours, {mine.colours}, not {scene.colours}"
+            raise bad_input("scene", scene.title, rule)
+        if self.octree.walls.lights_block:
+            raise bad_input("lights_block", True, "makes walls of the lights, which cannot move")
+        self.scene = self.octree.scene = scene
+        self._patterns, self._mixing = self._spectra()
+        scales = [light_scale(pattern) for pattern in self._patterns]
+        self._require_range(scales)
+        for level in self.octree.levels:
+            level.rescale(scales)
+        self.reset()
+
     def inject(self) -> None:
         """Put the scene's lights into the cells of level 0, from a fresh start.
 

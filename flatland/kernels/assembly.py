@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flatland.kernels.layout import Layout
+from flatland.kernels.shares import header_of, is_written_twice, vectors_of
 from flatland.stencil import Stencil
 
 #: Outputs held in registers at once; 16 of the 32 vector registers measured best.
@@ -59,6 +60,11 @@ class SweepText:
         self.layout, self.recipe = layout, recipe
         self.transfer = significant(stencil.transfer)
         self.faces = stencil.clamp
+        self.blocked = recipe.blocked
+        couplings = int(np.count_nonzero(self.transfer))
+        #: Whether vectors of cells that no wall is near go without τ; written twice, it compiles
+        #: twice as long.
+        self.skips = recipe.blocked and is_written_twice(couplings)
         if stencil.clamp:
             assert stencil.reception is not None
             assert stencil.emission is not None
@@ -69,6 +75,8 @@ class SweepText:
         self.scalar = "float" if layout.dtype == np.float32 else "double"
         self.vector = f"<{layout.lanes} x {self.scalar}>"
         self.suffix = f"v{layout.lanes}f{8 * layout.dtype.itemsize}"
+        #: Position of the τ of the vector that is being written.
+        self.shares = ""
         self.lines: list[str] = []
         self.count = 0
 
@@ -77,11 +85,7 @@ class SweepText:
         full = self.layout.width // self.layout.lanes * self.layout.lanes
         sums = self._loop(full) if full else self._zeros()
         if full < self.layout.width:
-            sums = (
-                self._rest(full, sums)
-                if self.recipe.boxed
-                else self._block("%row_base", full, sums)
-            )
+            sums = self._rest(full, sums)
         self._epilogue(sums)
         return "\n".join(self.lines) + "\n"
 
@@ -114,6 +118,8 @@ class SweepText:
         self._put(f"  %r_outer = udiv i64 %r, {inner}\n  %r_inner = urem i64 %r, {inner}")
         self._put(f"  %p = add i64 %r_outer, {plane}\n  %q = add i64 %r_inner, {row}")
         self._put(f"  %a = mul i64 %p, {outer}\n  %b = mul i64 %q, {layout.strides[-2]}")
+        self._put(f"  %of_planes = mul i64 %p, {layout.shape[-2]}")
+        self._put("  %grid_row = add i64 %of_planes, %q")
         self._put(f"  %ab = add i64 %a, %b\n  %row_base = add i64 %ab, {layout.front}")
 
     def _box(self) -> None:
@@ -150,32 +156,42 @@ class SweepText:
 
     def _loop(self, full: int) -> list[str]:
         """The loop over full vectors of a row; returns the names of its sums."""
-        boxed = self.recipe.boxed
+        boxed, last = self.recipe.boxed, "%joined" if self.skips else "%column"
         begin, end = ("%first_column", "%full_end") if boxed else ("0", str(full))
         jump = "i1 %any_full, label %column, label %after" if boxed else "label %column"
         self._put(f"  br {jump}\ncolumn:")
-        self._put(f"  %j = phi i64 [{begin}, %row], [%next_j, %column]")
+        self._put(f"  %j = phi i64 [{begin}, %row], [%next_j, {last}]")
         starts = [f"%sum_in_{i}" for i in range(len(self.recipe.sums) + 1)]
         place = len(self.lines)
         base = self._name()
         self._put(f"  {base} = add i64 %row_base, %j")
-        results = self._block(base, 0, starts, masked=False)
+        if self.skips:
+            results = self._clear_or_walls(base, starts)
+        else:
+            if self.blocked:
+                self._shares_at("%j")
+            results = self._block(base, 0, starts, masked=False)
         # The phi nodes need the names of what the loop's body ends with.
         phis = [
-            f"  {start} = phi {self.vector} [zeroinitializer, %row], [{result}, %column]"
+            f"  {start} = phi {self.vector} [zeroinitializer, %row], [{result}, {last}]"
             for start, result in zip(starts, results)
         ]
         self.lines[place:place] = phis
         self._put(f"  %next_j = add i64 %j, {self.layout.lanes}")
         self._put(f"  %more = icmp slt i64 %next_j, {end}")
         self._put("  br i1 %more, label %column, label %after\nafter:")
-        return self._either(self._zeros(), "row", results, "column") if boxed else results
+        return self._either(self._zeros(), "row", results, last[1:]) if boxed else results
 
     def _rest(self, full: int, sums: list[str]) -> list[str]:
         """The vector at the end of a row that holds fewer cells than lanes, if the box has it."""
         before = "after" if full else "row"
-        self._put("  br i1 %any_rest, label %rest, label %all\nrest:")
+        if self.recipe.boxed:
+            self._put("  br i1 %any_rest, label %rest, label %all\nrest:")
+        if self.blocked:
+            self._shares_at(str(full))
         results = self._block("%row_base", full, sums)
+        if not self.recipe.boxed:
+            return results
         self._put("  br label %all\nall:")
         return self._either(sums, before, results, "rest")
 
@@ -185,6 +201,34 @@ class SweepText:
         for name, a, b in zip(names, first, second):
             self._put(f"  {name} = phi {self.vector} [{a}, %{origin}], [{b}, %{other}]")
         return names
+
+    def _clear_or_walls(self, base: str, starts: list[str]) -> list[str]:
+        """A vector's cells without τ where no wall stops light on its way there, else with it."""
+        clear_of_walls = self._name()
+        block = self._shares_at("%j")
+        self._put(f"  {clear_of_walls} = icmp slt i64 {block}, 0")
+        self._put(f"  br i1 {clear_of_walls}, label %clear, label %walls\nclear:")
+        self.blocked = False
+        clear = self._block(base, 0, starts, masked=False)
+        self._put("  br label %joined\nwalls:")
+        self.blocked = True
+        walls = self._block(base, 0, starts, masked=False)
+        self._put("  br label %joined\njoined:")
+        return self._either(clear, "clear", walls, "walls")
+
+    def _shares_at(self, column: str) -> str:
+        """Find the τ of the vector at a column of the row: its number of a block, returned, and its
+        position, kept."""
+        j, row, number, at, narrow, block, place, self.shares = (self._name() for _ in range(8))
+        self._put(f"  {j} = udiv i64 {column}, {self.layout.lanes}")
+        self._put(f"  {row} = mul i64 %grid_row, {vectors_of(self.layout)}")
+        self._put(f"  {number} = add i64 {row}, {j}")
+        self._put(f"  {at} = getelementptr {self.scalar}, ptr %tau, i64 {number}")
+        self._put(f"  {narrow} = load i32, ptr {at}")
+        self._put(f"  {block} = sext i32 {narrow} to i64")
+        self._put(f"  {place} = mul i64 {block}, {len(self.shifts) * self.layout.lanes}")
+        self._put(f"  {self.shares} = add i64 {place}, {header_of(self.layout)}")
+        return block
 
     def _epilogue(self, sums: list[str]) -> None:
         zero = "0.0"
@@ -263,9 +307,9 @@ class SweepText:
     def _incoming(self, base: str, column: int, d: int, k: int) -> str:
         at = column + self.shifts[d]
         light = self._load("%S", base, at + k * self.layout.component_stride)
-        if not self.recipe.blocked:
+        if not self.blocked:
             return light
-        passing = self._load("%tau", base, at + d * self.layout.component_stride)
+        passing = self._load("%tau", self.shares, d * self.layout.lanes)
         return self._binary("fmul", light, passing)
 
     def _store_step(

@@ -20,6 +20,7 @@ from flatland.kernels.layout import Layout
 from flatland.kernels.matrix_sweep import MatrixSweep
 from flatland.kernels.reflection import Reflection, Reflector
 from flatland.kernels.reports import Buffer, StepSums
+from flatland.kernels.shares import is_written_twice, packed_shares
 from flatland.kernels.stepping import stepping_text
 from flatland.kernels.threads import address, rows_of, run_shared, thread_count, yield_address
 from flatland.stencil import Stencil
@@ -60,18 +61,23 @@ class Sweep:
         self.recipe = Recipe(blocked=transmittance is not None, sums=sums)
         self.couplings = int(np.count_nonzero(significant(stencil.transfer)))
         self.open_share = transmittance
-        self.transmittance = self._padded(transmittance)
+        self.by_matrices = self.couplings > LARGEST_TEXT
+        self.transmittance: Buffer | None = None
+        if transmittance is not None and self.by_matrices:
+            self.transmittance = self._padded(transmittance)
+        elif transmittance is not None:
+            everywhere = not is_written_twice(self.couplings)
+            self.transmittance = packed_shares(stencil.offsets, layout, transmittance, everywhere)
         self._tau_address = address(self.transmittance)
         self._rows, self._whole = sweep_box(layout, whole(layout.shape))
         self.border_cells, self.border_weights = border(stencil, layout, transmittance)
         #: What a solver keeps between right-hand sides.
         self.hierarchy: object | None = None
         self.prepared: set[str] = set()
-        self.double: Sweep | None = None
+        self.double: tuple[bytes | None, Sweep] | None = None
         #: What was compiled, kept as long as it may be called.
         self._code: list[object] = []
         self._wasted = 0
-        self.by_matrices = self.couplings > LARGEST_TEXT
         if self.by_matrices:
             self._matrices = MatrixSweep(stencil, layout, self.transmittance)
             return
@@ -116,7 +122,8 @@ class Sweep:
         if reflection is None:
             return self
         twin = copy(self)
-        twin.hierarchy, twin.prepared, twin.double = None, set(), None
+        twin.hierarchy, twin.double = None, None
+        twin.prepared = set()
         twin.reflection = reflection
         twin._reflector = Reflector(reflection, self.stencil, self.layout)
         return twin
@@ -257,10 +264,8 @@ class Sweep:
     def _parties(self, worth: int, rows: int, cells: int) -> int:
         return min(thread_count(), rows) if self.couplings * cells > worth else 1
 
-    def _padded(self, transmittance: NDArray[np.float64] | None) -> Buffer | None:
+    def _padded(self, transmittance: NDArray[np.float64]) -> Buffer:
         """τ in the layout of the fields, its border 1 (only zeros come from there)."""
-        if transmittance is None:
-            return None
         layout = replace(self.layout, components=len(self.stencil.offsets))
         buffer = layout.allocate()
         layout.view(buffer)[...] = transmittance

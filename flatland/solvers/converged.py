@@ -2,28 +2,42 @@
 
 from __future__ import annotations
 
+import math
 import time
+from collections import OrderedDict
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from flatland.errors import ConvergenceError, InstabilityError, bad_input
 from flatland.kernels import Sweep
 from flatland.kernels.reports import Buffer
 from flatland.solvers.bicgstab import Operator, bicgstab
-from flatland.solvers.factorization import factorization, is_factorized
+from flatland.solvers.factorization import factorization, factorization_key, is_factorized
+from flatland.solvers.growth import growth_factor, may_grow
+from flatland.solvers.lighted import lighted_cells, reflection_in
+from flatland.solvers.mirrored import is_mirror_symmetric
 from flatland.solvers.multigrid import Multigrid
+from flatland.solvers.reduced import Reduced, diffuses, is_reducible
 from flatland.solvers.vectors import norm
 from flatland.solvers.watching import applied
 from flatland.stability import RADIUS_TOLERANCE
 
-METHODS = ("auto", "multigrid", "stepping", "krylov", "factorization")
+METHODS = ("auto", "multigrid", "mirrored", "stepping", "krylov", "factorization")
 #: Iterations after which a Krylov method is taken to have stalled.
 _MULTIGRID_ITERATIONS = 30
+#: Part of the residual that a correction by transforms may leave.
+_LEAST_GAIN = 0.7
+#: Cells below which transforms are not worth their set-up.
+_WORTH_TRANSFORMS = 4000
 _KRYLOV_ITERATIONS = 4000
 _STEPPING_SWEEPS = 20_000
 _STEPPING_BATCH = 16
+#: Memory for what is kept of operators that transforms have solved.
+_KEPT_BYTES = 2**30
+_reduced: OrderedDict[tuple[object, ...], Reduced] = OrderedDict()
 
 
 @dataclass(frozen=True)
@@ -47,10 +61,11 @@ class _Problem:
     """(1 − A) x = b on padded float64 buffers; the border of zeros stays zero."""
 
     def __init__(self, sweep: Sweep, right: Buffer) -> None:
-        if sweep.layout.dtype == np.float64:
-            self.sweep = sweep
-        else:
-            self.sweep = _in_double(sweep)
+        #: Where light gets to; the rest of the answer is zero.
+        self.lighted: NDArray[np.bool_] | None = None
+        if sweep.reflection is not None:
+            self.lighted = lighted_cells(sweep, right)
+        self.sweep = _in_double(sweep, self.lighted)
         self.right = self.sweep.layout.allocate()
         self.sweep.layout.view(self.right)[...] = sweep.layout.view(right)
         self.applications = 0
@@ -64,6 +79,8 @@ class _Problem:
         if method == "multigrid":
             cycles = _cycles_for(self.sweep)
             cycles.precondition(self.right, self.sweep.layout.allocate())
+        if method == "mirrored":
+            _reduced_for(self.sweep)
         bicgstab(self.apply, _copy, self.right, 0.5, 1)
         self.applications = 0
 
@@ -89,15 +106,22 @@ def solve_converged(
     """Write the solution of (1 − A) S_A = S_0 into `answer`.
 
     tolerance: bound on the relative residual. method: "multigrid" (BiCGSTAB with a multigrid
-    cycle as preconditioner; van der Vorst 1992), "krylov" (BiCGSTAB alone), "factorization"
-    (sparse LU, kept for further lights), or "auto": kept factors if there are any, else multigrid,
-    else BiCGSTAB alone where multigrid stalls. Works in float64 whatever the fields' precision.
+    cycle as preconditioner; van der Vorst 1992), "mirrored" (fast transforms, and GMRES at the
+    border and on walls alone; see `Reduced`), "stepping", "krylov" (BiCGSTAB alone),
+    "factorization" (sparse LU, kept for further lights), or "auto": kept factors if there are any,
+    multigrid for schemes that diffuse in open 2D grids, else transforms in grids that are worth
+    their set-up, and the others in turn where one stalls. Works in float64 whatever the fields'
+    precision.
 
-    Raises InstabilityError if the spectral radius exceeds 1 (the sum over steps then has no
-    limit), ConvergenceError if the tolerance is not reached.
+    Raises InstabilityError if the spectral radius exceeds 1, of the scheme or of what reflecting
+    walls make of it (the sum over steps then has no limit), ConvergenceError if the tolerance is
+    not reached.
     """
     if method not in METHODS:
         raise bad_input("method", method, "is unknown", METHODS)
+    if method == "mirrored" and not is_mirror_symmetric(sweep.stencil):
+        rule = "needs a scheme that is its own mirror image"
+        raise bad_input("method", method, rule, ("auto", "multigrid", "krylov"))
     if not 0 < tolerance < 1:
         raise bad_input("tolerance", tolerance, "must lie between 0 and 1")
     radius = sweep.stencil.spectral_radius()
@@ -105,11 +129,13 @@ def solve_converged(
         message = f"no converged field: the scheme's spectral radius is {radius:.4f}, above 1"
         raise InstabilityError(message)
     problem = _Problem(sweep, right)
-    candidates = _candidates(sweep, method)
+    candidates = _candidates(problem.sweep, method)
     problem.prepare(candidates[0])
     begin = time.perf_counter()
     for name in candidates:
         values = _RUN[name](problem, tolerance)
+        if problem.lighted is not None:
+            problem.sweep.layout.view(values)[:, ~problem.lighted] = 0.0
         residual = problem.residual(values)
         if residual <= tolerance:
             break
@@ -122,7 +148,10 @@ def solve_converged(
         tolerance,
         time.perf_counter() - begin,
     )
-    if not residual <= tolerance:
+    solved = residual <= tolerance
+    if name != "stepping" and not (solved and not may_grow(problem.sweep, values)):
+        _require_no_growth(problem)
+    if not solved:
         message = (
             f"{name} stopped at a relative residual of {residual:.2e}, not {tolerance:.2e}, after "
             f"{report.iterations} iterations; the field reached so far is kept"
@@ -131,13 +160,31 @@ def solve_converged(
     return report
 
 
+def _require_no_growth(problem: _Problem) -> None:
+    """Raise InstabilityError where walls send back more than they get."""
+    if problem.sweep.reflection is None:
+        return
+    growth = growth_factor(problem.sweep, problem.right)
+    if growth > 1:
+        message = (
+            f"no converged field: light grows by a factor {growth:.4f} a step among these walls, "
+            "though the scheme is stable without them"
+        )
+        raise InstabilityError(message)
+
+
 def _candidates(sweep: Sweep, method: str) -> list[str]:
+    """Methods in the order in which they are tried, by what was measured fastest."""
     if method != "auto":
         return [method]
     operator = sweep.stencil, sweep.layout.shape, sweep.open_share, sweep.reflection
-    if is_factorized(*operator):
-        return ["factorization", "multigrid", "stepping", "krylov"]
-    return ["multigrid", "stepping", "krylov"]
+    first = ["factorization"] if is_factorized(*operator) else []
+    is_open = sweep.open_share is None and sweep.reflection is None
+    fast_multigrid = is_open and len(sweep.layout.shape) == 2 and diffuses(sweep.stencil)
+    if math.prod(sweep.layout.shape) >= _WORTH_TRANSFORMS and is_reducible(sweep):
+        rest = ["mirrored", "multigrid", "stepping", "krylov"]
+        return first + (["multigrid", *rest] if fast_multigrid else rest)
+    return [*first, "multigrid", "stepping", "krylov"]
 
 
 def _multigrid(problem: _Problem, tolerance: float) -> Buffer:
@@ -146,6 +193,23 @@ def _multigrid(problem: _Problem, tolerance: float) -> Buffer:
     answer = _bicgstab(problem, tolerance, cycles.precondition, _MULTIGRID_ITERATIONS)
     problem.applications += cycles.applications - before
     return answer
+
+
+def _mirrored(problem: _Problem, tolerance: float) -> Buffer:
+    """Corrections by transforms, until they do not gain any more."""
+    reduced = _reduced_for(problem.sweep)
+    goal, before = tolerance * norm(problem.right), np.inf
+    answer, rest = problem.sweep.layout.allocate(), problem.right.copy()
+    while goal < (left := norm(rest)) < _LEAST_GAIN * before:
+        before, best = left, answer.copy()
+        iterations = reduced.correct(rest, answer, 0.5 * goal)
+        problem.iterations += iterations
+        # An application in the cells of the edges alone counts as a whole one; to start a
+        # correction and to check the space it was found in takes two more.
+        problem.applications += iterations + 2
+        problem.apply(answer, rest)
+        np.subtract(problem.right, rest, out=rest)
+    return answer if left < before else best
 
 
 def _krylov(problem: _Problem, tolerance: float) -> Buffer:
@@ -178,6 +242,7 @@ def _factorization(problem: _Problem, tolerance: float) -> Buffer:
 
 _RUN: dict[str, Callable[[_Problem, float], Buffer]] = {
     "multigrid": _multigrid,
+    "mirrored": _mirrored,
     "stepping": _stepping,
     "krylov": _krylov,
     "factorization": _factorization,
@@ -202,10 +267,29 @@ def _cycles_for(sweep: Sweep) -> Multigrid:
     return sweep.hierarchy
 
 
-def _in_double(sweep: Sweep) -> Sweep:
-    """The same sweep in float64, built once and kept with it."""
-    if sweep.double is None:
+def _reduced_for(sweep: Sweep) -> Reduced:
+    """What transforms need of an operator; the last few are kept, for other lights."""
+    key = factorization_key(sweep.stencil, sweep.layout.shape, sweep.open_share, sweep.reflection)
+    if key not in _reduced:
+        _reduced[key] = Reduced(sweep)
+    _reduced.move_to_end(key)
+    while len(_reduced) > 1 and sum(each.bytes for each in _reduced.values()) > _KEPT_BYTES:
+        _reduced.popitem(last=False)
+    return _reduced[key]
+
+
+def _in_double(sweep: Sweep, lighted: NDArray[np.bool_] | None) -> Sweep:
+    """The same sweep in float64, with what reflects in some cells only.
+
+    Kept with the sweep, until other cells are asked for.
+    """
+    if sweep.reflection is None and sweep.layout.dtype == np.float64:
+        return sweep
+    key = None if lighted is None else lighted.tobytes()
+    if sweep.double is None or sweep.double[0] != key:
         layout = replace(sweep.layout, dtype=np.dtype(np.float64))
         twin = Sweep(sweep.stencil, layout, sweep.open_share)
-        sweep.double = twin.reflecting(sweep.reflection)
-    return sweep.double
+        if sweep.reflection is not None and lighted is not None:
+            twin = twin.reflecting(reflection_in(sweep.reflection, lighted))
+        sweep.double = key, twin
+    return sweep.double[1]

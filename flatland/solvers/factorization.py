@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import OrderedDict
+from hashlib import blake2b
 
 import numpy as np
 from numpy.typing import NDArray
@@ -88,9 +89,10 @@ def factorization_key(
     reflection: Reflection | None = None,
 ) -> tuple[object, ...]:
     """What makes two operators the same."""
-    blocked = None if transmittance is None else transmittance.tobytes()
-    reflected = None if reflection is None else reflection.key
-    return (shape, stencil.offsets.tobytes(), stencil.transfer.tobytes(), blocked, reflected)
+    blocked = b"" if transmittance is None else transmittance.tobytes()
+    reflected = b"" if reflection is None else reflection.key
+    parts = (stencil.offsets.tobytes(), stencil.transfer.tobytes(), blocked, reflected)
+    return (shape, *(blake2b(part).digest() for part in parts))
 
 
 def is_factorized(

@@ -8,7 +8,7 @@ from schemes import every_scheme, stencil_classes
 
 import propagators
 from flatland import InputError, Scene, Simulation, load_scene
-from flatland.kernels import Layout
+from flatland.kernels import Layout, sweep
 from flatland.kernels.box import (
     cell_count,
     cells_of,
@@ -37,6 +37,13 @@ def any_box(shape, rng):
     ends = [np.sort(rng.integers(0, cells + 1, 2)) for cells in shape]
     return tuple((min(int(a), cells - 1), max(int(b), min(int(a), cells - 1) + 1))
                  for (a, b), cells in zip(ends, shape))  # fmt: skip
+
+
+@pytest.fixture
+def any_box_pays(monkeypatch):
+    """Steps for a box are compiled at once, and taken for every box."""
+    monkeypatch.setattr(sweep, "_COMPILING", -1)
+    monkeypatch.setattr(sweep, "_WORTH_A_BOX", 10**9)
 
 
 class TestBox:
@@ -116,7 +123,7 @@ def assert_runs_agree(scene, propagator, pieces, **options):
 
 
 @every_scheme()
-def test_skipping_changes_no_bit(propagator, dimension):
+def test_skipping_changes_no_bit(propagator, dimension, any_box_pays):
     some = assert_runs_agree(lone_light(dimension), propagator, [1, 2, 7])
     state = some.octree.levels[0].states[0]
     assert state.swept < state.sweepable
@@ -124,9 +131,32 @@ def test_skipping_changes_no_bit(propagator, dimension):
 
 @pytest.mark.parametrize("blocking", ["exact", "fuzzy"])
 @pytest.mark.parametrize(("propagator", "dimension"), DEFAULTS, ids=str)
-def test_skipping_changes_no_bit_among_walls(propagator, dimension, blocking):
+def test_skipping_changes_no_bit_among_walls(propagator, dimension, blocking, any_box_pays):
     scene = lone_light(dimension, occluder=walls(dimension))
     assert_runs_agree(scene, propagator, [3, 20], blocking=blocking)
+
+
+@pytest.mark.parametrize("shape", [(21, 7), (21, 40), (5, 64), (9, 8, 20)], ids=str)
+@pytest.mark.parametrize("blocking", ["exact", "none"])
+def test_whole_planes_and_boxes_are_the_same(shape, blocking, monkeypatch):
+    """What is taken for a box is a matter of speed alone; rows shorter and longer than vectors."""
+    lights = [{"kind": "cell", "cell": [n // 3 for n in shape], "flux": 1.0}]
+    wall = walls(len(shape))[0] if len(shape) == 3 else {
+        "kind": "segment", "start": [1.0, 1.2], "end": [4.5, 6.0], "albedo": 0.6
+    }  # fmt: skip
+    scene = Scene.from_dict({"grid": {"shape": list(shape)}, "light": lights, "occluder": [wall]})
+    results = []
+    for least in (10**9, 0):
+        monkeypatch.setattr(sweep, "_WORTH_A_BOX", least)
+        monkeypatch.setattr(sweep, "_COMPILING", -1)
+        simulation = Simulation(scene, LPV, bands=3, blocking=blocking)
+        for piece in (1, 2, 9, 30):
+            simulation.run(piece)
+        level = simulation.octree.levels[0]
+        boxed = "_steps_in_box" in vars(level._sweeps[0])
+        assert boxed is (least > 0 and shape != (21, 7))  # a row that is one vector
+        results.append(simulation.accumulated.values)
+    np.testing.assert_array_equal(*results)
 
 
 @pytest.mark.parametrize("precision", ["float32", "float64"])

@@ -7,7 +7,7 @@ import pytest
 from stepping import Stepper, neighbours, plain_run, plain_step, random_stencil
 
 from flatland.harmonics import CircularHarmonics, SphericalHarmonics
-from flatland.kernels import sweep
+from flatland.kernels import Layout, Sweep, shares, sweep
 
 #: Rounding of a few steps of sums of up to 100 products of numbers near 1.
 TOLERANCE = {np.float64: 1e-13, np.float32: 1e-5}
@@ -61,6 +61,49 @@ def test_sweep_does_what_a_plain_step_does(shape, blocked, clamp, dtype, rng):
 def test_sweep_does_what_a_plain_step_does_in_3d(shape, diagonal, blocked, dtype, rng):
     stencil = random_stencil(rng, SphericalHarmonics(2), neighbours(3, diagonal))
     assert_steps_agree(stencil, *random_case(rng, stencil, shape, blocked), dtype)
+
+
+@pytest.mark.parametrize("twice", [True, False], ids=["with and without walls", "with walls alone"])
+@pytest.mark.parametrize("shape", [(6, 70), (40, 32), (3, 4, 37)], ids=str)
+@linear_or_clamped
+@every_precision
+def test_walls_in_few_places(shape, twice, clamp, dtype, rng, monkeypatch):
+    """Most vectors of cells then go without τ."""
+    if not twice:
+        monkeypatch.setattr(shares, "LARGEST_TWICE", -1)
+    basis = CircularHarmonics(2) if len(shape) == 2 else SphericalHarmonics(2)
+    stencil = random_stencil(rng, basis, neighbours(len(shape)), faces=2, clamp=clamp)
+    values, _ = random_case(rng, stencil, shape)
+    tau = np.ones((len(stencil.offsets), *shape))
+    tau[:, 2, 3] = rng.uniform(size=tau[:, 2, 3].shape)
+    tau[1, ..., 20] = 0.0
+    assert_steps_agree(stencil, values, tau, dtype)
+
+
+@pytest.mark.parametrize("shape", [(5, 9), (4, 48), (3, 4, 33)], ids=str)
+@every_precision
+def test_open_links_change_no_bit(shape, dtype, rng):
+    basis = CircularHarmonics(2) if len(shape) == 2 else SphericalHarmonics(2)
+    stencil = random_stencil(rng, basis, neighbours(len(shape)))
+    values, _ = random_case(rng, stencil, shape)
+    tau = np.ones((len(stencil.offsets), *shape))
+    plain = Stepper(stencil, shape, dtype=dtype).steps(values, 3)
+    np.testing.assert_array_equal(
+        Stepper(stencil, shape, tau, dtype=dtype).steps(values, 3)[1], plain[1]
+    )
+    # A wall in the corner, where light leaves the grid, is far from all cells that are looked at.
+    tau[:, -1, ..., -1] = 0.5
+    blocked = Stepper(stencil, shape, tau, dtype=dtype).steps(values, 1)[0]
+    free = Stepper(stencil, shape, dtype=dtype).steps(values, 1)[0]
+    np.testing.assert_array_equal(blocked[:, :-2], free[:, :-2])
+
+
+def test_open_cells_cost_no_memory():
+    stencil = random_stencil(np.random.default_rng(0), CircularHarmonics(1), neighbours(2))
+    layout = Layout((64, 64), 1, np.dtype(np.float32))
+    tau = np.ones((8, 64, 64))
+    tau[0, 10, 10] = 0.0
+    assert Sweep(stencil, layout, tau).transmittance.size == 64 * 4 + 8 * 16
 
 
 @linear_or_clamped
