@@ -30,6 +30,8 @@ _NAMES = {**_SHORT, "radiance-cascades": "rad. cascades", "modified-dom": "mod. 
 _TICKS = (0.0001, 0.001, 0.01, 0.1, 1.0)
 #: Error of the lower panel's edge; smaller ones are drawn there.
 LEAST = 1e-4
+#: Points of a scheme in a panel that would hide others if they were not small and pale.
+_MANY = 30
 
 
 def compute(workshop: Workshop) -> dict[str, xr.Dataset]:
@@ -92,7 +94,8 @@ def _points(axes: Axes, rows: xr.Dataset, errors: NDArray[np.float64]) -> None:
     good = front(seconds, errors)
     for name in present(rows, "propagator"):
         line, own = line_of(str(name)), rows["propagator"].values == name
-        for chosen, size, shade in ((own & ~good, 2.2, 0.3), (own & good, 4.2, 1.0)):
+        pale = (2.2, 0.3) if own.sum() > _MANY else (3.0, 0.7)
+        for chosen, size, shade in ((own & ~good, *pale), (own & good, 4.2, 1.0)):
             style: Style = {"marker": line.marker, "color": line.colour, "linestyle": ""}
             style |= {"markersize": size, "alpha": shade, "markeredgewidth": 0.4}
             axes.plot(seconds[chosen], errors[chosen], zorder=2 + shade, **style)
