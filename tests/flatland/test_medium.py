@@ -193,7 +193,7 @@ def test_exact_moments_are_those_of_photons(rng):
 
 @pytest.mark.parametrize("name", ["lpv", "dom8"])
 def test_the_ratio_is_sound_in_the_thinnest_and_the_thickest_media(name):
-    """In thin media DOM8's is one of bands, LPV's goes with the medium; in thick ones both are 1."""
+    """In thin media DOM8's is one of bands, LPV's falls with the medium; in thick ones it is 1."""
     thin = 0.949644 if name == "dom8" else 1.1549e-4
     for optical in (1e-300, 1e-12, 1e-5):
         assert spread_ratio(step(name, 2, optical)) == pytest.approx(thin, rel=1e-3)

@@ -128,6 +128,11 @@ def test_beams_that_hardly_fade_are_those_of_a_vacuum():
     assert error(beams.values[0], exact(scene, 3)) < 2e-5
 
 
+def test_intensities_by_direction_are_refused():
+    with pytest.raises(InputError, match="extinction = 0.5: fills the grid, and intensities by"):
+        propagators.create("beam").intensity(filled(one_light(), 0.5, 0.5), [[1.0, 0.0]])
+
+
 def test_what_leaves_an_empty_grid_by_quadrature():
     """∫ dx ∫ cos θ/2 e^(-σ d) dθ of a light along x, d the way to the border."""
     sigma, size, low, high = 0.4, 6.0, 1.5, 4.0
