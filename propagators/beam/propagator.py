@@ -46,9 +46,9 @@ class Beam(DirectPropagator):
     quadrature: their first flight is the closed form of the reference.
 
     In a medium beams fade exactly along each ray. What they lose to it and to walls is carried on,
-    over all further collisions and bounces, by light propagation maps of 32 angles and 8 rays;
-    points and parallel light start there, as an injector puts them into cells. `intensity` knows a
-    vacuum only.
+    over all further collisions and bounces, by light propagation maps of 32 angles and 8 rays: that
+    leaves 0.3 to 0.5 % and takes nearly all of the time. Points and parallel light start there, as
+    an injector puts them into cells. `intensity` knows a vacuum only.
 
     What it gets wrong: below that M, light from a small or far source arrives as bright and dark
     fans (ray effects): the scene `corridor` shows them at 64 ordinates.
