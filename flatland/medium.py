@@ -11,6 +11,8 @@ from flatland.errors import bad_input
 
 Array = NDArray[np.float64]
 
+#: Optical length of a step beyond which nothing passes that a number could hold.
+OPAQUE = 600.0
 #: Where a collision on the way from cell to cell is put, see `share_ahead`.
 SHARES = ("moment", "linear", "half", "ahead")
 #: Optical length below which the closed forms of the share lose digits, and their series: of the
@@ -39,6 +41,12 @@ class Medium:
         """σ_t |d| h of steps (K, dimension) between cell centres, (K,)."""
         lengths = np.linalg.norm(np.asarray(offsets, float), axis=-1)
         return np.asarray(self.extinction * spacing * lengths)
+
+    def require_passable(self, longest: float) -> None:
+        """Raise InputError if nothing that a number could hold passes an optical length."""
+        if longest > OPAQUE:
+            rule = f"leaves e^-{longest:.0f} of the light after one step; at most {OPAQUE:g}"
+            raise bad_input("medium, extinction", self.extinction, rule)
 
 
 def collision_probability(optical_length: ArrayLike) -> Array:

@@ -23,8 +23,6 @@ Array = NDArray[np.float64]
 
 #: Steps between centres, or the mean chord of a cell, π h/4 (Cauchy), where faces are counted.
 LENGTHS = {"centre": 1.0, "chord": np.pi / 4}
-#: Optical length of a step beyond which nothing passes that a number could hold.
-OPAQUE = 600.0
 #: Relative error of the mean square distance that light spreads over, beyond which users are told.
 WORST_SPREAD = 0.05
 
@@ -148,9 +146,7 @@ def in_medium(
     if step_length not in LENGTHS:
         raise bad_input("step_length", step_length, "is unknown", LENGTHS)
     x = LENGTHS[step_length] * medium.optical_lengths(stencil.offsets, grid.spacing)
-    if x.max() > OPAQUE:
-        rule = f"leaves e^-{x.max():.0f} of the light after one step; at most {OPAQUE:g}"
-        raise bad_input("medium, extinction", medium.extinction, rule)
+    medium.require_passable(float(x.max()))
     p, b = collision_probability(x), share_ahead(x, share)
     first_row = _first_row(p, b, medium.albedo)
     factors = np.repeat((1 - p)[:, None], stencil.basis.size, axis=1)

@@ -15,6 +15,8 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from flatland.medium import collision_probability
+
 if TYPE_CHECKING:
     from flatland.medium_step import MediumStep
 
@@ -25,6 +27,10 @@ Waves = NDArray[np.complex128]
 _POINTS, _DIRECTIONS = 16, 8
 #: Radius of that circle as a share of the distance to the nearest pole of the exact transform.
 _WITHIN = 0.1
+#: And no longer than this [1 / cell]: what a step does to a wave grows with e^|k|.
+_LONGEST = 0.5
+#: Collisions a cell below which a ratio is taken as here; digits would be lost, not gained.
+THIN = 1e-4
 
 
 class Moments(NamedTuple):
@@ -63,7 +69,7 @@ def exact_moments(optical_length: float, albedo: float) -> Moments:
 def step_moments(step: MediumStep) -> Moments:
     """Moments of a stencil's collisions in a medium of albedo below 1, in 2D, in cells."""
     reach = (1 - step.medium.albedo) * step.optical
-    return moments_of(lambda waves: _collisions(step, waves), _WITHIN * reach)
+    return moments_of(lambda waves: _collisions(step, waves), _radius(reach))
 
 
 def spread_ratio(step: MediumStep) -> float:
@@ -71,6 +77,9 @@ def spread_ratio(step: MediumStep) -> float:
 
     Found for albedo 0, where light makes one flight, and r2 is its mean square length, 2/σ².
     """
+    if step.optical < THIN:
+        x = -np.log1p(-step.probability) * (THIN / step.optical)
+        step = replace(step, optical=THIN, probability=collision_probability(x))
     passing = (1 - step.probability)[:, None, None] * step.vacuum.transfer
     black = replace(
         step,
@@ -78,11 +87,15 @@ def spread_ratio(step: MediumStep) -> float:
         stencil=replace(step.vacuum, transfer=passing),
         behind=np.zeros_like(step.behind),
     )
-    dimension, radius = step.vacuum.basis.dimension, _WITHIN * step.optical
+    dimension, radius = step.vacuum.basis.dimension, _radius(step.optical)
     turns = radius * np.exp(2j * np.pi * np.arange(_POINTS) / _POINTS)
     waves = (np.eye(dimension)[:, None] * turns[:, None]).reshape(-1, dimension)
     values = _collisions(black, waves).reshape(dimension, _POINTS).sum(axis=0)
     return float(-_taylor(values, radius)[2].real * step.optical**2)
+
+
+def _radius(reach: float) -> float:
+    return min(_WITHIN * reach, _LONGEST)
 
 
 def _collisions(step: MediumStep, waves: Waves) -> Waves:

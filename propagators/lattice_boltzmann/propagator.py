@@ -18,7 +18,7 @@ from flatland.ledger import Ledger
 from flatland.medium import Medium
 from flatland.medium_step import WORST_SPREAD
 from flatland.memory import require_memory
-from flatland.moments import exact_moments
+from flatland.moments import THIN, exact_moments
 from flatland.occlusion import without_first_bounces
 from flatland.scene import Scene
 from propagators.base import Answer, DirectPropagator, Option
@@ -152,7 +152,9 @@ def _books(lattice: Lattice, start: Array, sent: Array) -> Ledger:
 
 def _warn_of_spread(optical: float, rule: str) -> None:
     """One SchemeWarning if light spreads over the wrong distance; the same for every albedo."""
-    ratio = lattice_moments(optical, 0.5, rule).r2 / exact_moments(optical, 0.5).r2
+    # The ratio does not change any more in thinner media.
+    thick = max(optical, THIN)
+    ratio = lattice_moments(thick, 0.5, rule).r2 / exact_moments(thick, 0.5).r2
     if abs(ratio - 1) > WORST_SPREAD:
         message = (
             f"in this medium, of {optical:.3g} collisions a cell, probability={rule!r} spreads "

@@ -45,13 +45,14 @@ def step_probability(optical_length: float, rule: str = "calibrated") -> float:
     """Probability of a collision in a step of σ_t h.
 
     A flight of m ≥ 1 steps has E m² = (2 - p)/p², and steps the mean square 6/5: "calibrated"
-    solves 6/5 (2 - p)/p² = 2/(σ_t h)², p = (√(k² + 8k) - k)/2 with k = 0.6 (σ_t h)²; then light
+    solves 6/5 (2 - p)/p² = 2/(σ_t h)², p = 4k/(√(k² + 8k) + k) with k = 0.6 (σ_t h)²; then light
     spreads over the exact mean square distance. "linear": σ_t h. "exponential": 1 - e^(-σ_t h).
     Raises InputError where p would exceed 1.
     """
-    k = 0.6 * optical_length**2
+    # With √k = r, so that nothing cancels or vanishes.
+    root = np.sqrt(0.6) * optical_length
     values = {
-        "calibrated": 0.5 * (np.sqrt(k**2 + 8 * k) - k),
+        "calibrated": 4 * root / (np.hypot(root, np.sqrt(8)) + root),
         "linear": optical_length,
         "exponential": -np.expm1(-optical_length),
     }

@@ -140,7 +140,9 @@ class DirectProblem:
 
 
 def read_problem(scene: Scene, bands: int, element: float, bounces: bool) -> DirectProblem:
-    """Raises InputError for what `read_geometry` refuses and for bad bands."""
+    """Raises InputError for what `read_geometry` refuses, for bad bands and for opaque cells."""
+    if scene.medium is not None:
+        scene.medium.require_passable(scene.medium.extinction * scene.grid.spacing)
     geometry = read_geometry(scene)
     if not bounces:
         geometry = replace(geometry, albedo=np.zeros_like(geometry.albedo))

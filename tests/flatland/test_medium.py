@@ -191,6 +191,19 @@ def test_exact_moments_are_those_of_photons(rng):
     assert r4 / count == pytest.approx(truth.r4, rel=0.1)
 
 
+@pytest.mark.parametrize("name", ["lpv", "dom8"])
+def test_the_ratio_is_sound_in_the_thinnest_and_the_thickest_media(name):
+    """In thin media DOM8's is one of bands, LPV's falls with the medium; in thick ones it is 1."""
+    thin = 0.949644 if name == "dom8" else 1.1549e-4
+    for optical in (1e-300, 1e-12, 1e-5):
+        assert spread_ratio(step(name, 2, optical)) == pytest.approx(thin, rel=1e-3)
+    for optical in (30.0, 100.0, 400.0):
+        assert spread_ratio(step(name, 2, optical)) == pytest.approx(1, abs=2e-3)
+        found, truth = step_moments(step(name, 2, optical)), exact_moments(optical, 0.9)
+        assert found.m0 == pytest.approx(truth.m0, rel=1e-9)
+        assert found.r2 == pytest.approx(truth.r2, rel=2e-3)
+
+
 # -- the simulation ---------------------------------------------------------------------------
 
 

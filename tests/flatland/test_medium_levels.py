@@ -11,6 +11,7 @@ from flatland.injectors.file import FileLight
 from flatland.medium import Medium
 from flatland.scene import Scene
 from flatland.simulation import Simulation
+from flatland.snapshots import capture, restore
 
 ROUNDING = 1e-12
 WALL = {"kind": "segment", "start": [2.0, 5.3], "end": [7.0, 4.8], "albedo": 0.6}
@@ -84,6 +85,22 @@ def test_light_that_came_down_in_mid_flight_is_booked_once():
     assert abs(after_all.closure) < ROUNDING
     assert 0 < after_all.medium < after_all.emitted
     assert after_all.absorbed == pytest.approx(0, abs=ROUNDING)
+
+
+@quiet
+def test_a_run_comes_back_with_its_books():
+    octree = Simulation(filled(walls=[WALL]), propagators.create("dom8"), bands=2, levels=2)
+    octree.inject()
+    octree.downsample_geometry()
+    octree.run(3)
+    early = capture(octree)
+    octree.downsample()
+    octree.run(2)
+    late, books = capture(octree), octree.level(1).ledger.as_dict()
+    restore(octree, early)
+    assert octree.level(1).ledger.medium == 0
+    restore(octree, late)
+    assert octree.level(1).ledger.as_dict() == books
 
 
 @quiet

@@ -63,7 +63,11 @@ def series_scene(coefficients, walls=()):
     source = PointSource(np.array([0.4, 0.7]), np.ones(1), coefficients)
     segments = [Segment(np.array(a), np.array(b), np.zeros(1)) for a, b in walls]
     return SimpleNamespace(
-        grid=Grid((1, 1)), colours=0, sources=lambda part: [source], segments=lambda: segments
+        grid=Grid((1, 1)),
+        colours=0,
+        medium=None,
+        sources=lambda part: [source],
+        segments=lambda: segments,
     )
 
 

@@ -1,6 +1,7 @@
 """What holds for every 2D scheme of the registry: books that close, and light that adds up."""
 
 import warnings
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -8,7 +9,7 @@ from analytic_scenes import LIGHTS, make_scene
 
 import propagators
 from flatland.errors import SchemeWarning
-from flatland.scene import Scene
+from flatland.scene import Scene, builtin_names
 from flatland.simulation import Simulation
 
 ROUNDING = 1e-12
@@ -73,3 +74,15 @@ def test_twice_the_light_is_twice_the_answer(name):
     twice = answered(name, make_scene(lights=bright, albedo=0.6))[0].values
     # Solvers stop at a relative residual of 1e-10.
     np.testing.assert_allclose(twice, 2 * once, rtol=0, atol=1e-8 * np.abs(once).max())
+
+
+@pytest.mark.parametrize("name", propagators.names())
+def test_every_scheme_says_what_it_gets_wrong(name):
+    """Those that do not step with a scene that shows it, in the manual too."""
+    scheme = propagators.find(name)
+    text = scheme.__doc__ or ""
+    assert "gets wrong" in text
+    if issubclass(scheme, propagators.DirectPropagator):
+        assert any(f"`{scene}`" in text for scene in builtin_names())
+        manual = (Path(__file__).parents[2] / "docs" / "accurate.md").read_text("utf-8")
+        assert name in "".join(line for line in manual.splitlines() if line.startswith("## "))

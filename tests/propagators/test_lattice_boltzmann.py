@@ -75,6 +75,7 @@ def test_probabilities():
         assert 6 / 5 * (2 - p) / p**2 == pytest.approx(2 / x**2, rel=1e-12)
     assert step_probability(THICKEST) == pytest.approx(1, abs=1e-12)
     assert step_probability(0.0) == 0
+    assert step_probability(1e-200) == pytest.approx(np.sqrt(1.2) * 1e-200, rel=1e-12)
 
 
 @pytest.mark.parametrize("albedo", [0.0, 0.5, 0.9])
@@ -166,6 +167,8 @@ def test_mirrored_and_turned_scenes_have_mirrored_and_turned_answers():
 def test_too_thick_a_medium_is_refused():
     with pytest.raises(InputError, match=r"= 1.3: is too thick for this lattice: at most 1.291"):
         LatticeBoltzmann().solve(in_medium(make_scene(), 1.3, 0.5), 2)
+    with pytest.raises(InputError, match=r"is too thick for this lattice: at most 1.291"):
+        LatticeBoltzmann().solve(in_medium(make_scene(), 1e9, 0.5), 2)
     with pytest.raises(InputError, match="at most 1.000 collisions a cell"):
         LatticeBoltzmann(probability="linear").solve(in_medium(make_scene(), 1.1, 0.5), 2)
 

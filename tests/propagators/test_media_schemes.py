@@ -7,7 +7,7 @@ from montecarlo import share_that_leaves
 from tabulated import error, exact, one_light
 
 import propagators
-from flatland.errors import SchemeWarning
+from flatland.errors import InputError, SchemeWarning
 from flatland.moments import exact_moments
 from flatland.scene import Scene
 from propagators.beam.solution import first_flight_through
@@ -77,6 +77,35 @@ def test_no_extinction_is_a_vacuum_bit_for_bit(name):
         assert plain.ledger.as_dict() == empty.ledger.as_dict()
 
 
+@every_scheme_of_media
+@quiet
+def test_the_thinnest_medium_is_a_vacuum_and_opaque_ones_are_refused(name):
+    scene = make_scene(albedo=0.5)
+    thin = propagators.create(name).answer(filled(scene, 1e-300, 0.9), 2)
+    assert np.all(np.isfinite(thin.field.values))
+    assert thin.ledger.medium < 1e-15
+    assert abs(thin.ledger.closure) < CLOSED
+    with pytest.raises(InputError, match="medium, extinction"):
+        propagators.create(name).answer(filled(scene, 1e4, 0.9), 2)
+
+
+@every_scheme_of_media
+@quiet
+def test_collisions_go_by_metres(name):
+    """Twice as much of the medium in cells half as wide."""
+    tables = make_scene(albedo=0.5).to_dict()
+    tables["grid"] = {**tables["grid"], "spacing": 0.5}
+    for item in (*tables["light"], *tables["occluder"]):
+        item |= {key: [0.5 * x for x in item[key]] for key in ("start", "end")}
+    small = filled(Scene.from_dict(tables), 1.2, 0.8)
+    np.testing.assert_allclose(
+        propagators.create(name).solve(small, 2).values,
+        propagators.create(name).solve(filled(make_scene(albedo=0.5), 0.6, 0.8), 2).values,
+        rtol=0,
+        atol=1e-12,
+    )
+
+
 # -- first flight by beams ----------------------------------------------------------------------
 
 
@@ -97,6 +126,11 @@ def test_beams_that_hardly_fade_are_those_of_a_vacuum():
     scene = make_scene()
     _, beams = flown(filled(scene, 1e-9, 0.5), 1024)
     assert error(beams.values[0], exact(scene, 3)) < 2e-5
+
+
+def test_intensities_by_direction_are_refused():
+    with pytest.raises(InputError, match="extinction = 0.5: fills the grid, and intensities by"):
+        propagators.create("beam").intensity(filled(one_light(), 0.5, 0.5), [[1.0, 0.0]])
 
 
 def test_what_leaves_an_empty_grid_by_quadrature():

@@ -24,6 +24,7 @@ class Volume:
     lights: list = field(default_factory=list)
     walls: list = field(default_factory=list)
     colours: int = 0
+    medium: None = None
 
     def sources(self, part):
         assert part == "lamp"
