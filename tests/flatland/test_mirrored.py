@@ -226,6 +226,30 @@ def test_applications_hardly_grow_with_the_grid(rng):
             assert report.applications <= limit, (name, cells)
 
 
+# -- from the last answer --------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("method", ["mirrored", "multigrid", "stepping"])
+def test_the_same_light_goes_on_from_its_answer(method, rng):
+    stencil = propagators.create("lpv").stencil(CircularHarmonics(2))
+    stepper = Stepper(stencil, (24, 20), None)
+    right, answer = stepper.buffer(rng.normal(size=(3, 24, 20))), stepper.buffer()
+
+    def solve(light, tolerance):
+        return solve_converged(stepper.sweep, light, answer, tolerance, method)
+
+    first = solve(right, 1e-4)
+    assert solve(right, 1e-4).iterations == 0
+    more = solve(right, 1e-8)
+    assert more.residual <= 1e-8
+    assert solve(3 * right, 1e-8).iterations == 0
+    expected, fresh = solved(stencil, (24, 20), stepper.layout.view(right), None, method, 1e-8)
+    np.testing.assert_allclose(stepper.layout.view(answer), 3 * expected, rtol=0, atol=1e-4)
+    assert more.applications < fresh.applications
+    elsewhere = solve(stepper.buffer(rng.normal(size=(3, 24, 20))), 1e-4)
+    assert elsewhere.iterations >= first.iterations
+
+
 # -- walls that make light grow -----------------------------------------------------------------
 
 
