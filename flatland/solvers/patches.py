@@ -30,12 +30,14 @@ _FAR = 2.0
 _FAST = {"reassoc", "contract", "nsz"}
 
 
-def patch_numbers(edges: Edges, sweep: Sweep, side: int) -> Integers:
+def patch_numbers(edges: Edges, sweep: Sweep, side: int, apart: bool = True) -> Integers:
     """Which patch each cell of the edges is in, (M,).
 
     Cells of a block of side^D cells that light gets between without leaving the block: those on
-    the two sides of a wall are apart.
+    the two sides of a wall are apart. apart: False takes the blocks as they are.
     """
+    if not apart:
+        return np.unique(edges.cells // side, axis=0, return_inverse=True)[1].ravel()
     shape = np.array(sweep.layout.shape)
     number = np.full(shape, -1)
     number[tuple(edges.cells.T)] = np.arange(len(edges.cells))
@@ -69,15 +71,7 @@ class Patches:
     def __init__(self, edges: Edges, sweep: Sweep) -> None:
         self.edges, mirrored = edges, edges.mirrored
         self.size, self.kept = mirrored.size, lasting_components(sweep.stencil)
-        side = SIDE
-        self.numbers = patch_numbers(edges, sweep, side)
-        while (
-            self.numbers[-1:].size
-            and (self.numbers.max() + 1) * len(self.kept) > LARGEST
-            and side < max(sweep.layout.shape)
-        ):
-            side *= 2
-            self.numbers = patch_numbers(edges, sweep, side)
+        self.numbers, side = self._divided(sweep)
         counts = np.bincount(self.numbers)
         self.count = len(counts)
         self.weights = 1 / np.sqrt(counts[self.numbers])
@@ -89,6 +83,18 @@ class Patches:
         matrix = self._between(side)
         matrix.reshape(-1)[:: self.unknowns + 1] += 1
         self.factors = linalg.lu_factor(matrix, overwrite_a=True, check_finite=False)
+
+    def _divided(self, sweep: Sweep) -> tuple[Integers, int]:
+        """The smallest patches that are few enough, and their side.
+
+        Among very many walls, patches that are apart do not get fewer as they grow.
+        """
+        sides = [SIDE * 2**i for i in range(max(sweep.layout.shape).bit_length())]
+        for apart, side in itertools.product((True, False), sides):
+            numbers = patch_numbers(self.edges, sweep, side, apart)
+            if (numbers.max(initial=-1) + 1) * len(self.kept) <= LARGEST:
+                break
+        return numbers, side
 
     def _between(self, side: int) -> NDArray[np.float32]:
         starts, rows, blocks = self._stopped()

@@ -202,6 +202,28 @@ def test_the_method_is_chosen_by_scheme_and_walls(name, walls, expected, rng):
     assert solved(stencil, shape, light, tau, "auto")[1].method == expected
 
 
+def test_a_cluttered_grid_is_left_to_bicgstab(rng):
+    stencil = propagators.create("dom8").stencil(CircularHarmonics(2))
+    light = np.zeros((3, 64, 64))
+    light[0, 20, 9] = 1.0
+    tau = np.where(rng.random((8, 64, 64)) < 0.1, 0.3, 1.0)
+    assert solved(stencil, (64, 64), light, tau, "auto")[1].method == "krylov"
+
+
+def test_very_many_walls_leave_few_patches(rng, monkeypatch):
+    """Cells that are all walled in make no patch together, however large it is."""
+    monkeypatch.setattr(patches, "LARGEST", 60)
+    stencil = propagators.create("lpv").stencil(CircularHarmonics(2))
+    light = rng.normal(size=(3, 16, 16))
+    tau = rng.uniform(0, 0.4, size=(4, 16, 16))
+    operator_ = Reduced(Sweep(stencil, Layout((16, 16), 3, np.dtype(float)), tau))
+    assert 0 < operator_.patches.unknowns <= 60
+    found, _ = solved(stencil, (16, 16), light, tau)
+    matrix = eye_array(light.size) - operator(stencil, (16, 16), tau)
+    expected = spsolve(matrix.tocsc(), light.ravel()).reshape(light.shape)
+    np.testing.assert_allclose(found, expected, rtol=0, atol=1e-6 * np.abs(expected).max())
+
+
 def test_set_up_is_kept_for_other_lights_and_not_for_other_walls(rng):
     stencil = propagators.create("lpv").stencil(CircularHarmonics(2))
     light = rng.normal(size=(3, 16, 16))
