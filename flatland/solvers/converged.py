@@ -33,7 +33,7 @@ _MULTIGRID_ITERATIONS = 30
 _LEAST_GAIN = 0.7
 #: Cells below which transforms are not worth their set-up.
 _WORTH_TRANSFORMS = 4000
-#: Share of cells with a wall next to them, by dimension, above which BiCGSTAB alone is soonest done:
+#: Share of cells next to a wall, by dimension, above which BiCGSTAB alone is soonest done:
 #: in 2D that of 100 segments of 8 cells on 128² cells. Fewer than so many cells are never too many.
 _CLUTTERED, _FEW = {2: 0.06, 3: 0.12}, 1000
 #: Coefficients above which coarse grids, dense stencils each, take seconds to compile.
