@@ -21,7 +21,7 @@ _ROWS = [
     *(("lpv-2009", 2, 2, walls) for walls in ("open", "exact")),
     *(("dom4", 2, 2, walls) for walls in ("open", "exact")),
     *(("dom8", 2, 2, walls) for walls in ("open", "exact", "fuzzy")),
-    *(("dom8", 3, 2, walls) for walls in ("open", "exact")),
+    *(("dom8", bands, 2, walls) for bands in (3, 5) for walls in ("open", "exact")),
     *((name, 2, 3, walls) for name in ("lpv", "dom6", "dom26") for walls in ("open", "exact")),
 ]
 _LARGEST_GROWTH = 2.0

@@ -212,7 +212,8 @@ def test_a_cluttered_grid_is_left_to_bicgstab(rng):
 
 def test_very_many_walls_leave_few_patches(rng, monkeypatch):
     """Cells that are all walled in make no patch together, however large it is."""
-    monkeypatch.setattr(patches, "LARGEST", 60)
+    monkeypatch.setattr(patches, "_LEAST", 60)
+    monkeypatch.setattr(patches, "_MOST", 60)
     stencil = propagators.create("lpv").stencil(CircularHarmonics(2))
     light = rng.normal(size=(3, 16, 16))
     tau = rng.uniform(0, 0.4, size=(4, 16, 16))
