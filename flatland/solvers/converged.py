@@ -55,7 +55,8 @@ class SolveReport:
     """How a converged field was found.
 
     residual: ‖S_0 − (1 − A) S_A‖ / ‖S_0‖, computed anew from the answer in float64.
-    applications: of the finest operator A, those inside the preconditioner included.
+    applications: of the finest operator A, those inside the preconditioner included; one in cells
+    next to border and walls alone counts as a whole one.
     seconds: of the solution itself; compiling and setting up coarse grids come before.
     """
 
