@@ -9,12 +9,27 @@ import pytest
 
 import propagators
 from flatland import Scene, Simulation
-from studies.bench.limits import best_seconds
 
 
 def _room(side: int) -> Scene:
     light = {"kind": "area", "start": [0.3 * side, 1.0], "end": [0.6 * side, 1.0], "flux": 5.0}
     return Scene.from_dict({"grid": {"shape": [side, side]}, "light": [light]})
+
+
+def _fresh_solve(simulation: Simulation, tolerance: float) -> tuple[float, int]:
+    """Best time and applications of a solve that does not begin with the last answer."""
+    scene, times = simulation.scene, []
+    other = Scene.from_dict(
+        {**scene.to_dict(), "light": [{"kind": "cell", "cell": [9, 20], "flux": 1.0}]}
+    )
+    for _ in range(10):
+        simulation.relight(other)
+        simulation.solve(tolerance)
+        simulation.relight(scene)
+        begin = time.perf_counter()
+        result = simulation.solve(tolerance)
+        times.append(time.perf_counter() - begin)
+    return min(times), result.applications
 
 
 def test_solve_is_a_hundred_times_faster_than_stepping(report):
@@ -33,9 +48,8 @@ def test_solve_is_a_hundred_times_faster_than_stepping(report):
         simulation.run(256)
         seconds += time.perf_counter() - begin
     steps = simulation.iteration
-    solve = best_seconds(lambda: simulation.solve(1e-6), 20)
+    solve, applications = _fresh_solve(simulation, 1e-6)
     assert error() <= 1e-6
-    applications = simulation.solve(1e-6).applications
     report(
         f"lpv 2 bands, 128²: {steps} steps take {seconds * 1e3:.0f} ms, solve {solve * 1e3:.1f} ms "
         f"({applications} applications): {seconds / solve:.0f} times faster"
@@ -50,7 +64,7 @@ def test_applications_by_size(name, report):
     for side in (32, 64, 128):
         simulation = Simulation(_room(side), propagators.create(name), bands=2)
         result = simulation.solve(1e-8)
-        again = best_seconds(lambda run=simulation: run.solve(1e-8), 3)
+        again, _ = _fresh_solve(simulation, 1e-8)
         counts[side] = result.applications
         report(
             f"{name} {side}²: {result.applications} applications by {result.method}, "

@@ -74,6 +74,7 @@ class Sweep:
         #: What a solver keeps between right-hand sides.
         self.hierarchy: object | None = None
         self.prepared: set[str] = set()
+        self.known: tuple[Buffer, Buffer] | None = None
         self.double: tuple[bytes | None, Sweep] | None = None
         #: What was compiled, kept as long as it may be called.
         self._code: list[object] = []
@@ -122,7 +123,7 @@ class Sweep:
         if reflection is None:
             return self
         twin = copy(self)
-        twin.hierarchy, twin.double = None, None
+        twin.hierarchy, twin.known, twin.double = None, None, None
         twin.prepared = set()
         twin.reflection = reflection
         twin._reflector = Reflector(reflection, self.stencil, self.layout)

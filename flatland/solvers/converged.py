@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from flatland.errors import ConvergenceError, InstabilityError, bad_input
 from flatland.kernels import Sweep
 from flatland.kernels.reports import Buffer
+from flatland.memory import available_memory
 from flatland.solvers.bicgstab import Operator, bicgstab
 from flatland.solvers.factorization import factorization, factorization_key, is_factorized
 from flatland.solvers.growth import growth_factor, may_grow
@@ -21,7 +22,7 @@ from flatland.solvers.lighted import lighted_cells, reflection_in
 from flatland.solvers.mirrored import is_mirror_symmetric
 from flatland.solvers.multigrid import Multigrid
 from flatland.solvers.reduced import Reduced, diffuses, is_reducible
-from flatland.solvers.vectors import norm
+from flatland.solvers.vectors import dot, norm
 from flatland.solvers.watching import applied
 from flatland.stability import RADIUS_TOLERANCE
 
@@ -32,9 +33,18 @@ _MULTIGRID_ITERATIONS = 30
 _LEAST_GAIN = 0.7
 #: Cells below which transforms are not worth their set-up.
 _WORTH_TRANSFORMS = 4000
+#: Share of cells next to a wall, by dimension, above which BiCGSTAB alone is soonest done:
+#: in 2D that of 100 segments of 8 cells on 128² cells. Fewer than so many cells are never too many.
+_CLUTTERED, _FEW = {2: 0.06, 3: 0.12}, 1000
+#: Coefficients above which coarse grids, dense stencils each, take seconds to compile.
+_WORTH_MULTIGRID = 5
 _KRYLOV_ITERATIONS = 4000
 _STEPPING_SWEEPS = 20_000
 _STEPPING_BATCH = 16
+#: Residual of the last answer, scaled, below which it is begun with; and the part of the free
+#: memory that it may be kept in.
+_WORTH_KNOWING = 0.1
+_SHARE_OF_MEMORY = 0.05
 #: Memory for what is kept of operators that transforms have solved.
 _KEPT_BYTES = 2**30
 _reduced: OrderedDict[tuple[object, ...], Reduced] = OrderedDict()
@@ -45,7 +55,8 @@ class SolveReport:
     """How a converged field was found.
 
     residual: ‖S_0 − (1 − A) S_A‖ / ‖S_0‖, computed anew from the answer in float64.
-    applications: of the finest operator A, those inside the preconditioner included.
+    applications: of the finest operator A, those inside the preconditioner included; one in cells
+    next to border and walls alone counts as a whole one.
     seconds: of the solution itself; compiling and setting up coarse grids come before.
     """
 
@@ -68,8 +79,42 @@ class _Problem:
         self.sweep = _in_double(sweep, self.lighted)
         self.right = self.sweep.layout.allocate()
         self.sweep.layout.view(self.right)[...] = sweep.layout.view(right)
+        #: The light whose answer is wanted; `right` is what is left of it to be solved for.
+        self.light = self.right
+        self.start: Buffer | None = None
         self.applications = 0
         self.iterations = 0
+
+    def start_from_last(self) -> None:
+        """Begin with the last answer of this operator, if it holds most of this one."""
+        if self.sweep.known is None:
+            return
+        light, answer = self.sweep.known
+        start = dot(light, self.light) / dot(light, light) * answer
+        rest = self.sweep.layout.allocate()
+        self.apply(start, rest)
+        np.subtract(self.light, rest, out=rest)
+        if norm(rest) < _WORTH_KNOWING * norm(self.light):
+            self.start, self.right = start, rest
+
+    def solve(self, method: str, tolerance: float) -> Buffer:
+        """An answer by one of the methods."""
+        left = norm(self.right)
+        wanted = tolerance * norm(self.light)
+        if left <= wanted:
+            values = self.sweep.layout.allocate()
+        else:
+            values = _RUN[method](self, wanted / left)
+        if self.start is not None:
+            values += self.start
+        if self.lighted is not None:
+            self.sweep.layout.view(values)[:, ~self.lighted] = 0.0
+        return values
+
+    def keep(self, values: Buffer) -> None:
+        """Remember an answer for other lights."""
+        small = 2 * values.nbytes < _SHARE_OF_MEMORY * available_memory()
+        self.sweep.known = (self.light, values) if small and self.light.any() else None
 
     def prepare(self, method: str) -> None:
         """Compile and set up, once, what a method needs, so that it is not timed."""
@@ -94,9 +139,9 @@ class _Problem:
         applied(applications)
 
     def residual(self, answer: Buffer) -> float:
-        scale = norm(self.right)
+        scale = norm(self.light)
         defect = self.sweep.layout.allocate()
-        self.sweep.combine(-1.0, 1.0, 1.0, answer, self.right, defect)
+        self.sweep.combine(-1.0, 1.0, 1.0, answer, self.light, defect)
         return norm(defect) / scale if scale else 0.0
 
 
@@ -109,9 +154,10 @@ def solve_converged(
     cycle as preconditioner; van der Vorst 1992), "mirrored" (fast transforms, and GMRES at the
     border and on walls alone; see `Reduced`), "stepping", "krylov" (BiCGSTAB alone),
     "factorization" (sparse LU, kept for further lights), or "auto": kept factors if there are any,
-    multigrid for schemes that diffuse in open 2D grids, else transforms in grids that are worth
-    their set-up, and the others in turn where one stalls. Works in float64 whatever the fields'
-    precision.
+    BiCGSTAB where walls are everywhere, multigrid for schemes that diffuse in open 2D grids with
+    few bands, else transforms in grids that are worth their set-up, and others in turn where one
+    stalls. Works in float64 whatever the fields' precision, and goes on from the last answer where
+    the light is nearly the same.
 
     Raises InstabilityError if the spectral radius exceeds 1, of the scheme or of what reflecting
     walls make of it (the sum over steps then has no limit), ConvergenceError if the tolerance is
@@ -132,10 +178,9 @@ def solve_converged(
     candidates = _candidates(problem.sweep, method)
     problem.prepare(candidates[0])
     begin = time.perf_counter()
+    problem.start_from_last()
     for name in candidates:
-        values = _RUN[name](problem, tolerance)
-        if problem.lighted is not None:
-            problem.sweep.layout.view(values)[:, ~problem.lighted] = 0.0
+        values = problem.solve(name, tolerance)
         residual = problem.residual(values)
         if residual <= tolerance:
             break
@@ -149,7 +194,8 @@ def solve_converged(
         time.perf_counter() - begin,
     )
     solved = residual <= tolerance
-    if name != "stepping" and not (solved and not may_grow(problem.sweep, values)):
+    sums = solved and name == "stepping"
+    if not sums and not (solved and not may_grow(problem.sweep, values)):
         _require_no_growth(problem)
     if not solved:
         message = (
@@ -157,6 +203,7 @@ def solve_converged(
             f"{report.iterations} iterations; the field reached so far is kept"
         )
         raise ConvergenceError(message)
+    problem.keep(values)
     return report
 
 
@@ -164,7 +211,7 @@ def _require_no_growth(problem: _Problem) -> None:
     """Raise InstabilityError where walls send back more than they get."""
     if problem.sweep.reflection is None:
         return
-    growth = growth_factor(problem.sweep, problem.right)
+    growth = growth_factor(problem.sweep, problem.light)
     if growth > 1:
         message = (
             f"no converged field: light grows by a factor {growth:.4f} a step among these walls, "
@@ -180,11 +227,23 @@ def _candidates(sweep: Sweep, method: str) -> list[str]:
     operator = sweep.stencil, sweep.layout.shape, sweep.open_share, sweep.reflection
     first = ["factorization"] if is_factorized(*operator) else []
     is_open = sweep.open_share is None and sweep.reflection is None
-    fast_multigrid = is_open and len(sweep.layout.shape) == 2 and diffuses(sweep.stencil)
+    flat = len(sweep.layout.shape) == 2 and sweep.layout.components <= _WORTH_MULTIGRID
+    fast_multigrid = is_open and flat and diffuses(sweep.stencil)
+    if _is_cluttered(sweep):
+        return [*first, "krylov", "multigrid", "stepping"]
     if math.prod(sweep.layout.shape) >= _WORTH_TRANSFORMS and is_reducible(sweep):
         rest = ["mirrored", "multigrid", "stepping", "krylov"]
         return first + (["multigrid", *rest] if fast_multigrid else rest)
     return [*first, "multigrid", "stepping", "krylov"]
+
+
+def _is_cluttered(sweep: Sweep) -> bool:
+    """Whether light soon meets a wall wherever it starts, so that no coarse space is needed."""
+    if sweep.open_share is None:
+        return False
+    near = np.count_nonzero((sweep.open_share < 1).any(axis=0))
+    shape = sweep.layout.shape
+    return bool(near > max(_FEW, _CLUTTERED[len(shape)] * math.prod(shape)))
 
 
 def _multigrid(problem: _Problem, tolerance: float) -> Buffer:

@@ -80,10 +80,13 @@ class Mirrored:
         """1 − A of the waves of one plane, (*others, size, size), real."""
         # e^{ikx} ∓ e^{−ikx} is 2i sin or 2 cos: a factor i for every axis with a sine.
         turn = 1j ** self.odd.sum(axis=1)
+        parts = self.transfer * (turn[:, None] / turn)
         mesh = np.stack(np.meshgrid(*others, indexing="ij"), axis=-1)
-        phases = np.exp(-1j * (mesh @ self.offsets[:, 1:].T + first * self.offsets[:, 0]))
-        symbol = np.tensordot(phases, self.transfer, 1) * (turn[:, None] / turn)
-        return np.asarray(np.eye(self.size) - symbol.real)
+        phase = mesh @ self.offsets[:, 1:].T + first * self.offsets[:, 0]
+        waves = np.concatenate([np.cos(phase), np.sin(phase)], axis=-1)
+        # Not by BLAS, whose threads take longer to wake than this takes.
+        symbol = np.einsum("...d,dij->...ij", waves, np.concatenate([parts.real, parts.imag]))
+        return np.asarray(np.eye(self.size) - symbol)
 
     def _absent(self, first: int) -> NDArray[np.bool_]:
         """Whether a component has no such wave: a sine of the number 0 or the last one."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import math
 
 import numpy as np
 from numba import njit
@@ -12,15 +13,17 @@ from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components
 
 from flatland.kernels import Sweep
+from flatland.kernels.threads import rows_of, run_shared, thread_count
 from flatland.solvers.edges import Edges
 from flatland.stencil import Stencil
 
 Array = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
-#: Cells along the sides of a patch; twice as many, until unknowns are few enough to be inverted.
+#: Cells along the sides of a patch; twice as many, until unknowns are few enough to be factorised:
+#: so many, times the square root of those of the grid, between these limits.
 SIDE = 4
-LARGEST = 4000
+_SHARE, _LEAST, _MOST = 7.0, 4000, 10_500
 #: Components that keep less than this share of themselves in a step matter next to a patch only.
 _LASTING = 0.3
 #: A link that lets more than this through joins two cells of a block to one patch.
@@ -30,12 +33,14 @@ _FAR = 2.0
 _FAST = {"reassoc", "contract", "nsz"}
 
 
-def patch_numbers(edges: Edges, sweep: Sweep, side: int) -> Integers:
+def patch_numbers(edges: Edges, sweep: Sweep, side: int, apart: bool = True) -> Integers:
     """Which patch each cell of the edges is in, (M,).
 
     Cells of a block of side^D cells that light gets between without leaving the block: those on
-    the two sides of a wall are apart.
+    the two sides of a wall are apart. apart: False takes the blocks as they are.
     """
+    if not apart:
+        return np.unique(edges.cells // side, axis=0, return_inverse=True)[1].ravel()
     shape = np.array(sweep.layout.shape)
     number = np.full(shape, -1)
     number[tuple(edges.cells.T)] = np.arange(len(edges.cells))
@@ -59,6 +64,12 @@ def lasting_components(stencil: Stencil) -> Integers:
     return np.flatnonzero(np.diag(stencil.transfer.sum(axis=0)) > _LASTING)
 
 
+def largest_count(sweep: Sweep) -> int:
+    """Unknowns that patches may have."""
+    unknowns = sweep.layout.components * sweep.layout.rows * sweep.layout.width
+    return int(np.clip(_SHARE * math.sqrt(unknowns), _LEAST, _MOST))
+
+
 class Patches:
     """The operator 1 + (A between mirrors − A) (1 − A between mirrors)⁻¹ between patches.
 
@@ -69,15 +80,7 @@ class Patches:
     def __init__(self, edges: Edges, sweep: Sweep) -> None:
         self.edges, mirrored = edges, edges.mirrored
         self.size, self.kept = mirrored.size, lasting_components(sweep.stencil)
-        side = SIDE
-        self.numbers = patch_numbers(edges, sweep, side)
-        while (
-            self.numbers[-1:].size
-            and (self.numbers.max() + 1) * len(self.kept) > LARGEST
-            and side < max(sweep.layout.shape)
-        ):
-            side *= 2
-            self.numbers = patch_numbers(edges, sweep, side)
+        self.numbers, side = self._divided(sweep)
         counts = np.bincount(self.numbers)
         self.count = len(counts)
         self.weights = 1 / np.sqrt(counts[self.numbers])
@@ -90,6 +93,18 @@ class Patches:
         matrix.reshape(-1)[:: self.unknowns + 1] += 1
         self.factors = linalg.lu_factor(matrix, overwrite_a=True, check_finite=False)
 
+    def _divided(self, sweep: Sweep) -> tuple[Integers, int]:
+        """The smallest patches that are few enough, and their side.
+
+        Among very many walls, patches that are apart do not get fewer as they grow.
+        """
+        sides = [SIDE * 2**i for i in range(max(sweep.layout.shape).bit_length())]
+        for apart, side in itertools.product((True, False), sides):
+            numbers = patch_numbers(self.edges, sweep, side, apart)
+            if (numbers.max(initial=-1) + 1) * len(self.kept) <= largest_count(sweep):
+                break
+        return numbers, side
+
     def _between(self, side: int) -> NDArray[np.float32]:
         starts, rows, blocks = self._stopped()
         mirrored = self.edges.mirrored
@@ -101,13 +116,18 @@ class Patches:
         cells_of_kernel = np.array(kernel.shape[: cells.shape[1]])
         kept = len(self.kept)
         result = np.zeros((self.count, kept, self.count, kept), np.float32)
-        _add_light(
+        given = (
             starts, rows, blocks[:, self.kept].astype(np.float32), cells, first,
             np.rint(middles).astype(int),
             np.ascontiguousarray(kernel.reshape(-1, self.size, self.size)[..., self.kept]),
             cells_of_kernel, np.ascontiguousarray(_signs(mirrored.parities)[..., self.kept]),
-            _FAR * side, result,
+            _FAR * side,
         )  # fmt: skip
+
+        def part(party: int, running: int) -> None:
+            _add_light(*given, result, *rows_of(party, running, self.count))
+
+        run_shared(part, thread_count())
         return result.reshape(self.unknowns, self.unknowns)
 
     def _stopped(self) -> tuple[Integers, Integers, Array]:
@@ -164,18 +184,23 @@ def _signs(parities: Integers) -> NDArray[np.float32]:
 
 
 @njit(cache=True, fastmath=_FAST, nogil=True)
-def _add_light(starts, rows, blocks, cells, first, middles, kernel, extent, signs, far, result):  # type: ignore[no-untyped-def]
-    """result[row, :, b, :] += block · Σ (light that gets to start from the cells of patch b)."""
-    patches, kept, size = first.size - 1, blocks.shape[1], blocks.shape[2]
+def _add_light(  # type: ignore[no-untyped-def]
+    starts, rows, blocks, cells, first, middles, kernel, extent, signs, far, result, begin, end
+):
+    """result[row, :, b, :] += block · Σ (light that gets to start from the cells of patch b).
+
+    For patches from begin to end (excluded).
+    """
+    kept, size = blocks.shape[1], blocks.shape[2]
     dimension = cells.shape[1]
-    light = np.empty((patches, size, kept), np.float32)
+    light = np.empty((end - begin, size, kept), np.float32)
     for m in range(rows.size):
         new = m == 0
         for a in range(dimension):
             new = new or starts[m, a] != starts[m - 1, a]
         if new:
             light[:] = 0
-            for b in range(patches):
+            for b in range(begin, end):
                 number = first[b + 1] - first[b]
                 for mirrored in range(2**dimension):
                     away = 0
@@ -201,13 +226,13 @@ def _add_light(starts, rows, blocks, cells, first, middles, kernel, extent, sign
                         for i in range(size):
                             for j in range(kept):
                                 sign = signs[turned, mirrored, i, j]
-                                light[b, i, j] += weight * sign * kernel[at, i, j]
-        for b in range(patches):
+                                light[b - begin, i, j] += weight * sign * kernel[at, i, j]
+        for b in range(begin, end):
             for i in range(kept):
                 for j in range(kept):
                     total = np.float32(0.0)
                     for k in range(size):
-                        total += blocks[m, i, k] * light[b, k, j]
+                        total += blocks[m, i, k] * light[b - begin, k, j]
                     result[rows[m], i, b, j] += total
 
 

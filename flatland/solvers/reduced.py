@@ -11,7 +11,7 @@ from flatland.memory import available_memory
 from flatland.solvers.edges import Edges
 from flatland.solvers.gmres import flexible_gmres
 from flatland.solvers.mirrored import Mirrored, Waves, is_mirror_symmetric, spectrum_bytes
-from flatland.solvers.patches import Patches
+from flatland.solvers.patches import Patches, largest_count
 from flatland.solvers.watching import applied
 from flatland.stencil import Stencil
 
@@ -115,5 +115,7 @@ def _copy(values: Array, result: Array) -> None:
 def is_reducible(sweep: Sweep) -> bool:
     """Whether transforms fit the scheme and its spectrum the memory."""
     needed = spectrum_bytes(sweep.stencil, sweep.layout.shape)
+    if _needs_patches(sweep):
+        needed += 4 * largest_count(sweep) ** 2
     affordable = needed <= _SHARE_OF_MEMORY * available_memory()
     return affordable and is_mirror_symmetric(sweep.stencil)
