@@ -41,7 +41,7 @@ INJECTED_BANDS = 16
 
 
 class LatticeBoltzmann(DirectPropagator):
-    """Lattice-Boltzmann lighting (Geist, Rasche, Westall and Schalkoff 2004), in 2D.
+    """Lattice-Boltzmann lighting (Geist, Rasche, Westall and Schalkoff 2004), in 2D; numerics §13.
 
     Each cell holds photons at rest and eight populations that go to its neighbours, one cell a
     step; in between, collisions turn shares of them into one another (`collision_matrix`). A
