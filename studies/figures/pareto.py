@@ -123,7 +123,7 @@ def _point(axes: Axes, row: xr.Dataset) -> None:
             "markerfacecolor": "none",
             "markeredgewidth": 0.5,
         }
-        axes.plot(*where, color="black", linestyle="", markeredgewidth=0.5, **ring)
+        axes.plot(*where, color="black", linestyle="", **ring)
 
 
 def _entries(rows: xr.Dataset) -> list[Line2D]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib
 import json
 
+import numpy as np
 import pytest
 import xarray as xr
 from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -62,6 +63,17 @@ def test_the_figures_of_the_papers_and_ours_are_there():
     more = "octree-fig16 octree-fig17 octree-table1 levels pareto-all"
     named = f"{ours} {clpv} {octree} {more} {accurate}"
     assert set(named.split()) <= set(FIGURES)
+
+
+def test_converged_points_on_the_front_wear_a_ring(stored):
+    data = dict(stored("pareto"))
+    rows = next(iter(data))
+    stops = np.full(data[rows].sizes["row"], "converged")
+    data[rows] = data[rows].assign(stop=("row", stops))
+    with figure_style():
+        (figure,) = module_of("pareto").draw(data).values()
+    rings = [line for line in figure.axes[0].lines if line.get_markersize() == 7]
+    assert rings
 
 
 @every_figure
