@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from flatland.errors import bad_input
@@ -50,14 +50,10 @@ class Choice:
             "bounces": self.bounces,
             "lights_block": self.lights_block,
         }
-        known = {item.name for item in fields(Method)}
-        if "levels" in known:
-            values["levels"] = self.levels if self.steps else 1
-            for option in level_options():
-                given = self.octree.get(option.name, option.default)
-                values[option.name] = option.check(given)
-        elif self.levels != 1:
-            raise bad_input("levels", self.levels, "must be 1: this version steps one grid")
+        values["levels"] = self.levels if self.steps else 1
+        for option in level_options():
+            given = self.octree.get(option.name, option.default)
+            values[option.name] = option.check(given)
         return Method(**values)
 
     @property
@@ -106,8 +102,7 @@ class Choice:
 
 def level_options() -> list[Option]:
     """Options of an octree that methods of this version know."""
-    known = {item.name for item in fields(Method)}
-    return [option for option in LEVEL_OPTIONS if option.name in known]
+    return list(LEVEL_OPTIONS)
 
 
 def propagators_for(dimension: int) -> list[str]:

@@ -2,17 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import fields, replace
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from conftest import do, settle
 
-from studies.running import Method, run_method
-
-pytestmark = pytest.mark.skipif(
-    "levels" not in {item.name for item in fields(Method)}, reason="methods have one level"
-)
+from studies.running import run_method
 
 
 @pytest.fixture
