@@ -91,7 +91,8 @@ class LightState:
 
     def sums_of(self, buffer: Buffer, components: list[int]) -> NDArray[np.float64]:
         """Sums over cells of some components."""
-        return np.asarray(self.layout.body(buffer)[components].sum(axis=1, dtype=float))
+        cells = self.layout.view(buffer)[components]
+        return np.asarray(cells.sum(axis=tuple(range(1, cells.ndim)), dtype=float))
 
     @property
     def batch(self) -> int:

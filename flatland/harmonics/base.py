@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable
+from functools import cached_property
 from numbers import Integral
 from typing import ClassVar
 
@@ -65,6 +66,20 @@ class AngularBasis(ABC):
     @abstractmethod
     def quadrature(self, degree: int) -> tuple[Array, Array]:
         """Directions (K, dimension) and weights (K,) that integrate harmonics up to `degree`."""
+
+    @cached_property
+    def parities(self) -> NDArray[np.int64]:
+        """±1 per coefficient and axis, (size, dimension): its sign when that axis is turned round.
+
+        From values at random directions, each of which has it.
+        """
+        directions = np.random.default_rng(0).normal(size=(4 * self.size, self.dimension))
+        directions /= np.linalg.norm(directions, axis=1, keepdims=True)
+        plain = self.evaluate(directions)
+        mirrors = 1 - 2 * np.eye(self.dimension)
+        images = [self.evaluate(directions * mirror) for mirror in mirrors]
+        signs = [np.sign(np.sum(plain * image, axis=0)) for image in images]
+        return np.stack(signs, axis=1).astype(np.int64)
 
     @property
     def flux_weight(self) -> float:

@@ -11,42 +11,21 @@ Symbols inside the text: S source, T target, X accumulated or right-hand side.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import NDArray
 
+from flatland.kernels.arrivals import Arrivals, written_operations
 from flatland.kernels.layout import Layout
+from flatland.kernels.recipe import Recipe
 from flatland.kernels.shares import header_of, is_written_twice, vectors_of
+from flatland.kernels.storing import Stage, Storing
+from flatland.kernels.writer import Writer
 from flatland.stencil import Stencil
 
-#: Outputs held in registers at once; 16 of the 32 vector registers measured best.
-REGISTER_TILE = 16
-
-
-@dataclass(frozen=True)
-class Recipe:
-    """What a sweep does with A S, the light that arrives.
-
-    kind="step": T = A S, X += T, and sums of components over the row.
-    kind="combine": T = f₀·S + f₁·X + f₂·(A S), X read only, f₀, f₁, f₂ given in `sums`.
-    blocked: τ(x, d) multiplies what leaves x along d.
-    boxed: rows and columns are those of a box given at run time; costs a little per row, since
-    their numbers are not known when the text is compiled.
-    """
-
-    kind: str = "step"
-    blocked: bool = False
-    boxed: bool = False
-    #: Components whose sum over cells is returned (the sum of all squares comes last).
-    sums: tuple[int, ...] = (0,)
-
-
-def significant(transfer: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Transfer matrices with rounding noise (under 8 ulp of the largest entry) set to zero."""
-    limit = 8 * np.finfo(float).eps * np.abs(transfer).max(initial=0.0)
-    return np.where(np.abs(transfer) > limit, transfer, 0.0)
+#: Outputs held in registers at once.
+REGISTER_TILE = 32
+#: Operations of a cell above which their numbers are read from a table.
+LARGEST_OPERANDS = 250
 
 
 class SweepText:
@@ -58,57 +37,46 @@ class SweepText:
 
     def __init__(self, stencil: Stencil, layout: Layout, recipe: Recipe) -> None:
         self.layout, self.recipe = layout, recipe
-        self.transfer = significant(stencil.transfer)
-        self.faces = stencil.clamp
-        self.blocked = recipe.blocked
-        couplings = int(np.count_nonzero(self.transfer))
+        operations = written_operations(stencil)
+        self.writer = Writer(layout, table=operations > LARGEST_OPERANDS)
+        self._put, self._name = self.writer.put, self.writer.name
+        self.arrivals = Arrivals(self.writer, stencil)
+        self._parities = stencil.basis.parities
+        self.storing = Storing(self.writer, recipe)
         #: Whether vectors of cells that no wall is near go without τ; written twice, it compiles
         #: twice as long.
-        self.skips = recipe.blocked and is_written_twice(couplings)
-        if stencil.clamp:
-            assert stencil.reception is not None
-            assert stencil.emission is not None
-            self.reception = significant(stencil.reception)
-            self.emission = significant(stencil.emission)
-        # Gathering: what arrives at x along d was at x - d.
-        self.shifts = [-layout.shift(offset) for offset in stencil.offsets]
-        self.scalar = "float" if layout.dtype == np.float32 else "double"
-        self.vector = f"<{layout.lanes} x {self.scalar}>"
-        self.suffix = f"v{layout.lanes}f{8 * layout.dtype.itemsize}"
-        #: Position of the τ of the vector that is being written.
-        self.shares = ""
-        self.lines: list[str] = []
-        self.count = 0
+        self.skips = recipe.blocked and is_written_twice(operations)
+        self.stage: Stage | None = None
+        if recipe.large and len(layout.shape) == 3:
+            # The next row's light of the last neighbour, along the row's own columns.
+            rows = max(self.arrivals.shifts) // layout.strides[-2] + 1
+            self.stage = Stage(self.writer, self.storing, rows * layout.strides[-2])
 
     def text(self) -> str:
         self._prologue()
-        full = self.layout.width // self.layout.lanes * self.layout.lanes
-        sums = self._loop(full) if full else self._zeros()
-        if full < self.layout.width:
-            sums = self._rest(full, sums)
+        sums = self._staged() if self.stage else self._direct()
         self._epilogue(sums)
-        return "\n".join(self.lines) + "\n"
+        self.writer.table()
+        return "\n".join(self.writer.lines) + "\n"
 
     # -- control flow ---------------------------------------------------------------------------
 
     def _prologue(self) -> None:
-        layout, v = self.layout, self.vector
+        layout = self.layout
         outer = layout.strides[-3] if len(layout.shape) == 3 else 0
-        for name, arity in (("fma", 3), ("maxnum", 2)):
-            arguments = ", ".join([v] * arity)
-            self._put(f"declare {v} @llvm.{name}.{self.suffix}({arguments})")
-        reduce = f"declare {self.scalar} @llvm.vector.reduce.fadd.{self.suffix}({self.scalar}, {v})"
-        self._put(reduce)
+        self.writer.declarations()
         self._put(
             "define void @sweep(ptr noalias readonly %S, ptr noalias %T, ptr noalias %X, "
             "ptr noalias readonly %tau, i64 %first_row, i64 %last_row, "
             "ptr noalias readonly %box, ptr noalias %sums) {"
         )
         self._put("entry:")
+        if self.stage:
+            self.stage.allocate()
+        self.writer.find_table()
         if self.recipe.boxed:
             self._box()
-        if self.recipe.kind == "combine":
-            self._factors()
+        self.storing.find_factors()
         self._put("  %any = icmp slt i64 %first_row, %last_row")
         self._put("  br i1 %any, label %row, label %end")
         self._put("row:\n  %r = phi i64 [%first_row, %entry], [%next_row, %row_end]")
@@ -133,26 +101,19 @@ class SweepText:
         self._put("  %any_full = icmp slt i64 %first_column, %full_end")
         self._put(f"  %any_rest = icmp sgt i64 %last_column, {full}")
 
-    def _factors(self) -> None:
-        """Three numbers, each spread over a vector."""
-        lane = f"<{self.layout.lanes} x i32> zeroinitializer"
-        for i in range(3):
-            at, wide, number, one = (self._name() for _ in range(4))
-            self._put(f"  {at} = getelementptr double, ptr %sums, i64 {i}")
-            self._put(f"  {wide} = load double, ptr {at}")
-            if self.scalar == "float":
-                self._put(f"  {number} = fptrunc double {wide} to float")
-            else:
-                number = wide
-            self._put(
-                f"  {one} = insertelement {self.vector} poison, {self.scalar} {number}, i64 0"
-            )
-            self._put(
-                f"  %factor_{i} = shufflevector {self.vector} {one}, {self.vector} poison, {lane}"
-            )
+    def _epilogue(self, sums: list[str]) -> None:
+        for position, name in enumerate(sums):
+            self.writer.add_to("%sums", position, name)
+        self._put("  br label %row_end\nrow_end:\n  %next_row = add i64 %r, 1")
+        self._put("  %more_rows = icmp slt i64 %next_row, %last_row")
+        self._put("  br i1 %more_rows, label %row, label %end\nend:\n  ret void\n}")
 
-    def _zeros(self) -> list[str]:
-        return ["zeroinitializer"] * (len(self.recipe.sums) + 1)
+    # -- a row, vector by vector ----------------------------------------------------------------
+
+    def _direct(self) -> list[str]:
+        full = self.layout.width // self.layout.lanes * self.layout.lanes
+        sums = self._loop(full) if full else self.storing.zeros()
+        return self._rest(full, sums) if full < self.layout.width else sums
 
     def _loop(self, full: int) -> list[str]:
         """The loop over full vectors of a row; returns the names of its sums."""
@@ -161,231 +122,141 @@ class SweepText:
         jump = "i1 %any_full, label %column, label %after" if boxed else "label %column"
         self._put(f"  br {jump}\ncolumn:")
         self._put(f"  %j = phi i64 [{begin}, %row], [%next_j, {last}]")
-        starts = [f"%sum_in_{i}" for i in range(len(self.recipe.sums) + 1)]
-        place = len(self.lines)
+        starts = [f"%sum_in_{i}" for i in range(self.storing.sums)]
+        place = len(self.writer.lines)
         base = self._name()
         self._put(f"  {base} = add i64 %row_base, %j")
-        if self.skips:
-            results = self._clear_or_walls(base, starts)
-        else:
-            if self.blocked:
-                self._shares_at("%j")
-            results = self._block(base, 0, starts, masked=False)
+        results = self._with_or_without_walls(base, "%j", starts)
         # The phi nodes need the names of what the loop's body ends with.
         phis = [
-            f"  {start} = phi {self.vector} [zeroinitializer, %row], [{result}, {last}]"
+            f"  {start} = phi {self.writer.vector} [zeroinitializer, %row], [{result}, {last}]"
             for start, result in zip(starts, results)
         ]
-        self.lines[place:place] = phis
+        self.writer.lines[place:place] = phis
         self._put(f"  %next_j = add i64 %j, {self.layout.lanes}")
         self._put(f"  %more = icmp slt i64 %next_j, {end}")
         self._put("  br i1 %more, label %column, label %after\nafter:")
-        return self._either(self._zeros(), "row", results, last[1:]) if boxed else results
+        if not boxed:
+            return results
+        return self.writer.joined(self.storing.zeros(), "row", results, last[1:])
 
     def _rest(self, full: int, sums: list[str]) -> list[str]:
         """The vector at the end of a row that holds fewer cells than lanes, if the box has it."""
         before = "after" if full else "row"
         if self.recipe.boxed:
             self._put("  br i1 %any_rest, label %rest, label %all\nrest:")
-        if self.blocked:
-            self._shares_at(str(full))
-        results = self._block("%row_base", full, sums)
+        shares = self._shares_at(str(full))[1] if self.recipe.blocked else None
+        results = self._vector("%row_base", full, sums, shares, column=str(full))
         if not self.recipe.boxed:
             return results
         self._put("  br label %all\nall:")
-        return self._either(sums, before, results, "rest")
+        return self.writer.joined(sums, before, results, "rest")
 
-    def _either(self, first: list[str], origin: str, second: list[str], other: str) -> list[str]:
-        """Sums that come from one block or another."""
-        names = [self._name() for _ in first]
-        for name, a, b in zip(names, first, second):
-            self._put(f"  {name} = phi {self.vector} [{a}, %{origin}], [{b}, %{other}]")
-        return names
+    # -- a row, piece by piece ------------------------------------------------------------------
 
-    def _clear_or_walls(self, base: str, starts: list[str]) -> list[str]:
-        """A vector's cells without τ where no wall stops light on its way there, else with it."""
-        clear_of_walls = self._name()
-        block = self._shares_at("%j")
-        self._put(f"  {clear_of_walls} = icmp slt i64 {block}, 0")
-        self._put(f"  br i1 {clear_of_walls}, label %clear, label %walls\nclear:")
-        self.blocked = False
-        clear = self._block(base, 0, starts, masked=False)
-        self._put("  br label %joined\nwalls:")
-        self.blocked = True
-        walls = self._block(base, 0, starts, masked=False)
-        self._put("  br label %joined\njoined:")
-        return self._either(clear, "clear", walls, "walls")
-
-    def _shares_at(self, column: str) -> str:
-        """Find the τ of the vector at a column of the row: its number of a block, returned, and its
-        position, kept."""
-        j, row, number, at, narrow, block, place, self.shares = (self._name() for _ in range(8))
-        self._put(f"  {j} = udiv i64 {column}, {self.layout.lanes}")
-        self._put(f"  {row} = mul i64 %grid_row, {vectors_of(self.layout)}")
-        self._put(f"  {number} = add i64 {row}, {j}")
-        self._put(f"  {at} = getelementptr {self.scalar}, ptr %tau, i64 {number}")
-        self._put(f"  {narrow} = load i32, ptr {at}")
-        self._put(f"  {block} = sext i32 {narrow} to i64")
-        self._put(f"  {place} = mul i64 {block}, {len(self.shifts) * self.layout.lanes}")
-        self._put(f"  {self.shares} = add i64 {place}, {header_of(self.layout)}")
-        return block
-
-    def _epilogue(self, sums: list[str]) -> None:
-        zero = "0.0"
-        for position, name in enumerate(sums if self.recipe.kind == "step" else []):
-            total, wide, place, old, new = (self._name() for _ in range(5))
-            self._put(
-                f"  {total} = call reassoc {self.scalar} @llvm.vector.reduce.fadd.{self.suffix}"
-                f"({self.scalar} {zero}, {self.vector} {name})"
-            )
-            if self.scalar == "float":
-                self._put(f"  {wide} = fpext float {total} to double")
-            else:
-                wide = total
-            self._put(f"  {place} = getelementptr double, ptr %sums, i64 {position}")
-            self._put(f"  {old} = load double, ptr {place}")
-            self._put(f"  {new} = fadd double {old}, {wide}\n  store double {new}, ptr {place}")
-        self._put("  br label %row_end\nrow_end:\n  %next_row = add i64 %r, 1")
-        self._put("  %more_rows = icmp slt i64 %next_row, %last_row")
-        self._put("  br i1 %more_rows, label %row, label %end\nend:\n  ret void\n}")
+    def _staged(self) -> list[str]:
+        """Pieces of a row, each first kept and then written out."""
+        assert self.stage is not None
+        lanes, storing = self.layout.lanes, self.storing
+        begin, end = "0", str(vectors_of(self.layout) * lanes)
+        if self.recipe.boxed:
+            begin, end = "%first_column", "%last_column"
+        last, behind = "%joined" if self.skips else "%column", f"%out{self.layout.components}"
+        self._put(f"  br label %piece\npiece:\n  %from = phi i64 [{begin}, %row], [%to, {behind}]")
+        starts = [f"%sum_in_{i}" for i in range(storing.sums)]
+        place = len(self.writer.lines)
+        self._put(f"  %far = add i64 %from, {self.stage.length}")
+        self._put(f"  %near_end = icmp slt i64 %far, {end}")
+        self._put(f"  %to = select i1 %near_end, i64 %far, i64 {end}")
+        self._put(f"  br label %column\ncolumn:\n  %j = phi i64 [%from, %piece], [%next_j, {last}]")
+        base = self._name()
+        self._put(f"  {base} = add i64 %row_base, %j\n  %kept = sub i64 %j, %from")
+        self._with_or_without_walls(base, "%j", [])
+        self._put(f"  %next_j = add i64 %j, {lanes}\n  %more = icmp slt i64 %next_j, %to")
+        self._put("  br i1 %more, label %column, label %out\nout:")
+        results = self.stage.write_out("%from", "%to", starts)
+        self.writer.lines[place:place] = [
+            f"  {start} = phi {self.writer.vector} [zeroinitializer, %row], [{result}, {behind}]"
+            for start, result in zip(starts, results)
+        ]
+        self._put(f"  %more_pieces = icmp slt i64 %to, {end}")
+        self._put("  br i1 %more_pieces, label %piece, label %after\nafter:")
+        return results
 
     # -- one vector of cells --------------------------------------------------------------------
 
-    def _block(self, base: str, column: int, sums: list[str], masked: bool = True) -> list[str]:
-        """All outputs of one vector of cells that starts at `base` + `column`."""
-        for first in range(0, self.layout.components, REGISTER_TILE):
-            outputs = range(first, min(first + REGISTER_TILE, self.layout.components))
-            arrived = self._clamped(base, column, outputs) if self.faces else {}
-            if not self.faces:
-                arrived = self._linear(base, column, outputs)
+    def _with_or_without_walls(self, base: str, column: str, starts: list[str]) -> list[str]:
+        """A vector's cells without τ where no wall stops light on its way there, else with it."""
+        if not self.recipe.blocked:
+            return self._vector(base, 0, starts, None)
+        block, shares = self._shares_at(column)
+        if not self.skips:
+            return self._vector(base, 0, starts, shares)
+        clear_of_walls = self._name()
+        self._put(f"  {clear_of_walls} = icmp slt i64 {block}, 0")
+        self._put(f"  br i1 {clear_of_walls}, label %clear, label %walls\nclear:")
+        clear = self._vector(base, 0, starts, None)
+        self._put("  br label %joined\nwalls:")
+        walls = self._vector(base, 0, starts, shares)
+        self._put("  br label %joined\njoined:")
+        return self.writer.joined(clear, "clear", walls, "walls")
+
+    def _shares_at(self, column: str) -> tuple[str, str]:
+        """The τ of the vector at a column of the row: its number of a block, and its position."""
+        j, row, number, at, narrow, block, place, shares = (self._name() for _ in range(8))
+        self._put(f"  {j} = udiv i64 {column}, {self.layout.lanes}")
+        self._put(f"  {row} = mul i64 %grid_row, {vectors_of(self.layout)}")
+        self._put(f"  {number} = add i64 {row}, {j}")
+        self._put(f"  {at} = getelementptr {self.writer.scalar}, ptr %tau, i64 {number}")
+        self._put(f"  {narrow} = load i32, ptr {at}")
+        self._put(f"  {block} = sext i32 {narrow} to i64")
+        self._put(f"  {place} = mul i64 {block}, {len(self.arrivals.shifts) * self.layout.lanes}")
+        self._put(f"  {shares} = add i64 {place}, {header_of(self.layout)}")
+        return block, shares
+
+    def _vector(
+        self, base: str, place: int, sums: list[str], shares: str | None, column: str | None = None
+    ) -> list[str]:
+        """All outputs of one vector of cells that starts at `base` + `place`.
+
+        column: of the vector at the row's end that has cells behind the grid.
+        """
+        for outputs in self._tiles():
+            arrived = self.arrivals.at(base, place, outputs, shares)
             for output in outputs:
                 value = arrived.get(output, "zeroinitializer")
-                if masked:
-                    value = self._masked(value)
-                place = column + output * self.layout.component_stride
-                if self.recipe.kind == "step":
-                    sums = self._store_step(base, place, output, value, sums)
-                else:
-                    self._store_combination(base, place, value)
-        return sums
-
-    def _linear(self, base: str, column: int, outputs: range) -> dict[int, str]:
-        arrived: dict[int, str] = {}
-        for d, k, used in self._couplings(outputs):
-            light = self._incoming(base, column, d, k)
-            for output in used:
-                weight = self._constant(self.transfer[d, output, k])
-                arrived[output] = self._fused(light, weight, arrived.get(output))
-        return arrived
-
-    def _couplings(self, outputs: range) -> Iterator[tuple[int, int, list[int]]]:
-        for d in range(len(self.shifts)):
-            for k in range(self.layout.components):
-                used = [output for output in outputs if self.transfer[d, output, k] != 0.0]
-                if used:
-                    yield d, k, used
-
-    def _clamped(self, base: str, column: int, outputs: range) -> dict[int, str]:
-        """Face fluxes first, negative ones dropped, then the lobes."""
-        arrived: dict[int, str] = {}
-        for d in range(len(self.shifts)):
-            light = [self._incoming(base, column, d, k) for k in range(self.layout.components)]
-            for face in range(self.reception.shape[1]):
-                flux: str | None = None
-                for k in np.flatnonzero(self.reception[d, face]):
-                    weight = self._constant(self.reception[d, face, k])
-                    flux = self._fused(light[k], weight, flux)
-                if flux is None:
+                if self.stage:
+                    self.stage.keep("%kept", output, value)
                     continue
-                kept = self._call("maxnum", flux, "zeroinitializer")
-                for output in outputs:
-                    if self.emission[d, output, face] != 0.0:
-                        weight = self._constant(self.emission[d, output, face])
-                        arrived[output] = self._fused(kept, weight, arrived.get(output))
-        return arrived
-
-    def _incoming(self, base: str, column: int, d: int, k: int) -> str:
-        at = column + self.shifts[d]
-        light = self._load("%S", base, at + k * self.layout.component_stride)
-        if not self.blocked:
-            return light
-        passing = self._load("%tau", self.shares, d * self.layout.lanes)
-        return self._binary("fmul", light, passing)
-
-    def _store_step(
-        self, base: str, place: int, output: int, value: str, sums: list[str]
-    ) -> list[str]:
-        self._store("%T", base, place, value)
-        old = self._load("%X", base, place)
-        self._store("%X", base, place, self._binary("fadd", old, value))
-        sums = list(sums)
-        if output in self.recipe.sums:
-            position = self.recipe.sums.index(output)
-            sums[position] = self._binary("fadd", sums[position], value)
-        sums[-1] = self._call("fma", value, value, sums[-1])
+                if column is not None:
+                    value = self.writer.masked(value, column)
+                component = place + output * self.layout.component_stride
+                sums = self.storing.store(base, component, output, value, sums)
         return sums
 
-    def _store_combination(self, base: str, place: int, value: str) -> None:
-        result = self._binary("fmul", value, "%factor_2")
-        for pointer, factor in (("%S", "%factor_0"), ("%X", "%factor_1")):
-            result = self._call("fma", self._load(pointer, base, place), factor, result)
-        self._store("%T", base, place, result)
+    def _tiles(self) -> list[list[int]]:
+        """Outputs that are in registers together.
 
-    # -- single instructions --------------------------------------------------------------------
+        Parted by their parities: those that differ in one need other sums of an orbit's members,
+        so that hardly any is written twice.
+        """
+        tiles = [list(range(self.layout.components))]
+        for parity in self._parities.T:
+            tiles = _parted(tiles, parity)
+        return [
+            tile[i : i + REGISTER_TILE]
+            for tile in tiles
+            for i in range(0, len(tile), REGISTER_TILE)
+        ]
 
-    def _put(self, line: str) -> None:
-        self.lines.append(line)
 
-    def _name(self) -> str:
-        self.count += 1
-        return f"%v{self.count}"
-
-    def _address(self, pointer: str, base: str, place: int) -> str:
-        at, address = self._name(), self._name()
-        self._put(f"  {at} = add i64 {base}, {place}")
-        self._put(f"  {address} = getelementptr {self.scalar}, ptr {pointer}, i64 {at}")
-        return address
-
-    def _load(self, pointer: str, base: str, place: int) -> str:
-        address, name = self._address(pointer, base, place), self._name()
-        align = self.layout.dtype.itemsize
-        self._put(f"  {name} = load {self.vector}, ptr {address}, align {align}")
-        return name
-
-    def _store(self, pointer: str, base: str, place: int, value: str) -> None:
-        address = self._address(pointer, base, place)
-        align = self.layout.dtype.itemsize
-        self._put(f"  store {self.vector} {value}, ptr {address}, align {align}")
-
-    def _binary(self, operation: str, first: str, second: str) -> str:
-        name = self._name()
-        self._put(f"  {name} = {operation} {self.vector} {first}, {second}")
-        return name
-
-    def _call(self, function: str, *arguments: str) -> str:
-        name = self._name()
-        listed = ", ".join(f"{self.vector} {argument}" for argument in arguments)
-        self._put(f"  {name} = call {self.vector} @llvm.{function}.{self.suffix}({listed})")
-        return name
-
-    def _fused(self, light: str, weight: str, total: str | None) -> str:
-        if total is None:
-            return self._binary("fmul", light, weight)
-        return self._call("fma", light, weight, total)
-
-    def _masked(self, value: str) -> str:
-        """The value in cells of the grid, zero in the border behind the row's end."""
-        kept = self.layout.width % self.layout.lanes
-        mask = ", ".join(f"i1 {int(lane < kept)}" for lane in range(self.layout.lanes))
-        name = self._name()
-        self._put(
-            f"  {name} = select <{self.layout.lanes} x i1> <{mask}>, {self.vector} {value}, "
-            f"{self.vector} zeroinitializer"
-        )
-        return name
-
-    def _constant(self, number: float) -> str:
-        """A vector of one number, in the hexadecimal form that LLVM reads back bit for bit."""
-        rounded = float(self.layout.dtype.type(number))
-        bits = f"0x{np.float64(rounded).view(np.uint64):016X}"
-        return "<" + ", ".join([f"{self.scalar} {bits}"] * self.layout.lanes) + ">"
+def _parted(tiles: list[list[int]], parity: NDArray[np.int64]) -> list[list[int]]:
+    """Tiles that are too large for registers in two, by the parity of their components."""
+    result = []
+    for tile in tiles:
+        if len(tile) <= REGISTER_TILE:
+            result.append(tile)
+            continue
+        parts = [[k for k in tile if parity[k] == sign] for sign in (1, -1)]
+        result += [part for part in parts if part]
+    return result

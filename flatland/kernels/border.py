@@ -7,8 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from flatland.kernels.assembly import significant
 from flatland.kernels.layout import Layout
+from flatland.kernels.orbits import significant
 from flatland.stencil import Stencil
 
 #: Sums kept apart in one pass over the border: adding to one waits four cycles for the last time,

@@ -21,10 +21,11 @@ _GRAIN = 16
 class Layout:
     """Fields with a border of zeros, so that a sweep needs no test at the grid's edge.
 
-    One component is a picture of the grid, rows along the last axis. Every row is followed by at
-    least one zero (which is also what lies left of the next row), every plane by a row of zeros
-    and every component by a plane of them; in front of all lies as much again. The border stays
-    zero: light that would be written there has left the grid.
+    Rows run along the last axis, and all components of a row lie side by side, so that a sweep
+    walks through memory in one stream a field, however many components there are. Every row of a
+    component is followed by at least one zero (which is also what lies left of the next one),
+    every plane by a row of zeros and all by a plane of them; in front lies as much again. The
+    border stays zero: light that would be written there has left the grid.
 
     shape: cells per axis. components: number of coefficients. dtype: float32 or float64.
     """
@@ -50,15 +51,15 @@ class Layout:
     @cached_property
     def strides(self) -> tuple[int, ...]:
         """Distance, in numbers, of neighbours along each axis."""
-        pitch = -(-(self.width + 1) // _GRAIN) * _GRAIN
-        strides = [1, pitch]
+        strides = [1, self.components * self.component_stride]
         for cells in reversed(self.shape[1:-1]):
             strides.append(strides[-1] * (cells + 1))
         return tuple(reversed(strides))
 
     @cached_property
     def component_stride(self) -> int:
-        return self.strides[0] * (self.shape[0] + 1)
+        """Distance, in numbers, of a cell's components."""
+        return -(-(self.width + 1) // _GRAIN) * _GRAIN
 
     @property
     def front(self) -> int:
@@ -68,7 +69,12 @@ class Layout:
     @property
     def size(self) -> int:
         """Numbers in one field, border included."""
-        return 2 * self.front + self.components * self.component_stride
+        return 2 * self.front + self._within
+
+    @property
+    def _within(self) -> int:
+        """Numbers from the first cell on, the border behind the last one included."""
+        return self.strides[0] * (self.shape[0] + 1)
 
     def shift(self, offset: NDArray[np.int64] | tuple[int, ...]) -> int:
         """Distance in memory from a cell to its neighbour at `offset`."""
@@ -84,13 +90,9 @@ class Layout:
         start = (-(raw.ctypes.data // self.dtype.itemsize)) % self.lanes
         return raw[start : start + self.size]
 
-    def body(self, buffer: NDArray[np.floating]) -> NDArray[np.floating]:
-        """All components one after another, (components, component_stride), borders included."""
-        stop = self.front + self.components * self.component_stride
-        return buffer[self.front : stop].reshape(self.components, self.component_stride)
-
     def view(self, buffer: NDArray[np.floating]) -> NDArray[np.floating]:
         """The cells of a buffer, (components, nx, ny[, nz]), without the border; not a copy."""
-        pitches = [a // b for a, b in zip(self.strides[:-1], self.strides[1:])]
-        padded = self.body(buffer).reshape(self.components, self.shape[0] + 1, *pitches)
-        return padded[(slice(None), *map(slice, self.shape))]
+        leading = [cells + 1 for cells in self.shape[:-1]]
+        within = buffer[self.front : self.front + self._within]
+        padded = within.reshape(*leading, self.components, self.component_stride)
+        return np.moveaxis(padded, -2, 0)[(slice(None), *map(slice, self.shape))]

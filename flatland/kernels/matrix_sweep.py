@@ -21,27 +21,30 @@ class MatrixSweep:
     def __init__(self, stencil: Stencil, layout: Layout, transmittance: Buffer | None) -> None:
         self.layout, self.transmittance = layout, transmittance
         self.matrices = stencil.transfer.astype(layout.dtype)
-        self.shifts = [layout.shift(offset) for offset in stencil.offsets]
+        self.offsets = stencil.offsets
         self.stencil = stencil
+        self._open = Layout(layout.shape, len(stencil.offsets), layout.dtype)
 
     def apply(self, source: Buffer, target: Buffer) -> None:
         """Write A S into `target`; its border stays zero."""
-        layout = self.layout
-        for start in range(0, layout.component_stride, _BLOCK):
-            stop = min(start + _BLOCK, layout.component_stride)
-            block = layout.body(target)[:, start:stop]
-            block[...] = 0
-            for d, shift in enumerate(self.shifts):
-                block += self._arriving(source, d, start - shift, stop - start)
-        kept = layout.view(target).copy()
-        layout.body(target)[...] = 0
-        layout.view(target)[...] = kept
+        *planes, rows = self.layout.shape[:-1]
+        count = max(1, _BLOCK // self.layout.component_stride)
+        for plane in np.ndindex(*planes):
+            for first in range(0, rows, count):
+                cells = np.array([*plane, first, 0])
+                self._block(source, target, cells, min(count, rows - first))
 
-    def _arriving(self, source: Buffer, d: int, start: int, count: int) -> Buffer:
-        light = _window(self.layout, source, self.layout.components, start, count)
+    def _block(self, source: Buffer, target: Buffer, cells: NDArray[np.int64], rows: int) -> None:
+        """Some rows of one plane, the first of which begins in the cell `cells`."""
+        arrived = _rows(self.layout, target, cells, rows)
+        arrived[...] = 0
+        for d in range(len(self.offsets)):
+            arrived += self._arriving(source, d, cells - self.offsets[d], rows)
+
+    def _arriving(self, source: Buffer, d: int, cells: NDArray[np.int64], rows: int) -> Buffer:
+        light = _rows(self.layout, source, cells, rows)
         if self.transmittance is not None:
-            at = self.layout.front + d * self.layout.component_stride + start
-            light = light * self.transmittance[at : at + count]
+            light = light * _rows(self._open, self.transmittance, cells, rows)[:, d, None]
         if not self.stencil.clamp:
             return np.asarray(self.matrices[d] @ light)
         assert self.stencil.reception is not None
@@ -50,10 +53,12 @@ class MatrixSweep:
         return np.asarray(self.stencil.emission[d].astype(light.dtype) @ flux)
 
 
-def _window(layout: Layout, buffer: Buffer, components: int, start: int, count: int) -> Buffer:
-    """Components (components, count) of consecutive positions, which may begin in the border."""
-    at = layout.front + start
-    step = buffer.itemsize
+def _rows(layout: Layout, buffer: Buffer, cells: NDArray[np.int64], rows: int) -> Buffer:
+    """Rows one after another, (rows, components, width), from a cell that may lie in the border."""
+    at = layout.front + layout.shift(cells)
+    strides = (layout.strides[-2], layout.component_stride, 1)
     return np.lib.stride_tricks.as_strided(
-        buffer[at:], (components, count), (layout.component_stride * step, step), writeable=False
+        buffer[at:],
+        (rows, layout.components, layout.width),
+        tuple(buffer.itemsize * step for step in strides),
     )

@@ -12,8 +12,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from flatland.kernels.assembly import significant
 from flatland.kernels.layout import Layout
+from flatland.kernels.orbits import significant
 from flatland.kernels.reports import Buffer
 from flatland.stencil import Stencil
 

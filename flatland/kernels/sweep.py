@@ -11,13 +11,16 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from flatland.kernels.assembly import Recipe, SweepText, significant
+from flatland.kernels.arrivals import written_operations
+from flatland.kernels.assembly import SweepText
 from flatland.kernels.border import border, outflow_text
 from flatland.kernels.box import Box, sweep_box, touches_border, whole
+from flatland.kernels.cache import last_cache_bytes
 from flatland.kernels.clamping import clamped_steps
 from flatland.kernels.compiler import compile_text
-from flatland.kernels.layout import Layout
+from flatland.kernels.layout import VECTOR_BYTES, Layout
 from flatland.kernels.matrix_sweep import MatrixSweep
+from flatland.kernels.recipe import Recipe
 from flatland.kernels.reflection import Reflection, Reflector
 from flatland.kernels.reports import Buffer, StepSums
 from flatland.kernels.shares import is_written_twice, packed_shares
@@ -25,7 +28,7 @@ from flatland.kernels.stepping import stepping_text
 from flatland.kernels.threads import address, rows_of, run_shared, thread_count, yield_address
 from flatland.stencil import Stencil
 
-#: Couplings above which the written-out sweep takes too long to compile (about 1 s), and blocked
+#: Operations above which the written-out sweep takes too long to compile (about 1 s), and blocked
 #: matrix products take over.
 LARGEST_TEXT = 6000
 #: Multiply-adds a step below which one thread is used. In a batch sharing pays from 0.3 million on
@@ -58,15 +61,16 @@ class Sweep:
         sums: tuple[int, ...] = (0,),
     ) -> None:
         self.stencil, self.layout = stencil, layout
-        self.recipe = Recipe(blocked=transmittance is not None, sums=sums)
-        self.couplings = int(np.count_nonzero(significant(stencil.transfer)))
+        large = 3 * layout.size * layout.dtype.itemsize > last_cache_bytes()
+        self.recipe = Recipe(blocked=transmittance is not None, large=large, sums=sums)
+        self.operations = written_operations(stencil)
         self.open_share = transmittance
-        self.by_matrices = self.couplings > LARGEST_TEXT
+        self.by_matrices = self.operations > LARGEST_TEXT
         self.transmittance: Buffer | None = None
         if transmittance is not None and self.by_matrices:
             self.transmittance = self._padded(transmittance)
         elif transmittance is not None:
-            everywhere = not is_written_twice(self.couplings)
+            everywhere = not is_written_twice(self.operations)
             self.transmittance = packed_shares(stencil.offsets, layout, transmittance, everywhere)
         self._tau_address = address(self.transmittance)
         self._rows, self._whole = sweep_box(layout, whole(layout.shape))
@@ -82,14 +86,19 @@ class Sweep:
         if self.by_matrices:
             self._matrices = MatrixSweep(stencil, layout, self.transmittance)
             return
-        self._steps = self._compiled(boxed=False)
+        self._steps = self._compiled(self.recipe)
 
     @cached_property
     def _steps_in_box(self) -> Callable[..., None]:
-        return self._compiled(boxed=True)
+        return self._compiled(replace(self.recipe, boxed=True, large=False))
 
-    def _compiled(self, boxed: bool) -> Callable[..., None]:
-        text = SweepText(self.stencil, self.layout, replace(self.recipe, boxed=boxed)).text()
+    @cached_property
+    def _steps_anywhere(self) -> Callable[..., None]:
+        """For buffers that do not begin on a vector."""
+        return self._compiled(replace(self.recipe, large=False))
+
+    def _compiled(self, recipe: Recipe) -> Callable[..., None]:
+        text = SweepText(self.stencil, self.layout, recipe).text()
         text += outflow_text(self.layout, self.border_weights) + stepping_text(self._width)
         code = compile_text(text)
         self._code.append(code)
@@ -171,6 +180,8 @@ class Sweep:
         sums = np.zeros((parties, count, self._width))
         counter = np.zeros(1, np.int64)
         fields = [address(buffer) for buffer in (source, target, total, self.transmittance)]
+        if steps is self._steps and self.recipe.large and any(at % VECTOR_BYTES for at in fields):
+            steps = self._steps_anywhere
         border = [address(self.border_cells), address(self.border_weights)]
 
         def part(party: int, running: int) -> None:
@@ -197,7 +208,7 @@ class Sweep:
         per_plane = self._rows // self.layout.shape[0]
         planes = range(lit[0][0] * per_plane, lit[0][1] * per_plane)
         spared = len(planes) * self.layout.width - in_box * int(box[4] - box[3])
-        self._wasted += count * max(0, spared) * self.couplings
+        self._wasted += count * max(0, spared) * self.operations
         if spared * _WORTH_A_BOX > len(planes) * self.layout.width and self._wasted > _COMPILING:
             return self._steps_in_box, range(in_box), box
         return self._steps, planes, self._whole
@@ -250,9 +261,10 @@ class Sweep:
             row[-1] = self.outflow(source)
             self._matrices.apply(source, target)
             total += target
-            body = self.layout.body(target)
-            row[: len(self.recipe.sums)] = body[list(self.recipe.sums)].sum(axis=1, dtype=float)
-            row[-2] = np.square(body).sum(dtype=float)
+            cells = self.layout.view(target)
+            summed = tuple(range(1, cells.ndim))
+            row[: len(self.recipe.sums)] = cells[list(self.recipe.sums)].sum(summed, dtype=float)
+            row[-2] = np.square(cells).sum(dtype=float)
             source, target = target, source
         return StepSums(rows[:, :-2], rows[:, -2], rows[:, -1])
 
@@ -263,7 +275,7 @@ class Sweep:
         return float(np.sum(light * self.border_weights, dtype=float))
 
     def _parties(self, worth: int, rows: int, cells: int) -> int:
-        return min(thread_count(), rows) if self.couplings * cells > worth else 1
+        return min(thread_count(), rows) if self.operations * cells > worth else 1
 
     def _padded(self, transmittance: NDArray[np.float64]) -> Buffer:
         """τ in the layout of the fields, its border 1 (only zeros come from there)."""

@@ -8,7 +8,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from flatland.kernels.assembly import significant
+from flatland.kernels.orbits import significant
 from flatland.stencil import Stencil
 
 Mask = NDArray[np.bool_]

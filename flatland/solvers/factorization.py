@@ -11,7 +11,7 @@ from scipy.sparse import csc_array, eye_array
 from scipy.sparse.linalg import SuperLU, splu
 
 from flatland.errors import bad_input
-from flatland.kernels.assembly import significant
+from flatland.kernels.orbits import significant
 from flatland.kernels.reflection import Reflection
 from flatland.stencil import Stencil
 

@@ -8,8 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import fft
 
-from flatland.harmonics import AngularBasis
-from flatland.kernels.assembly import significant
+from flatland.kernels.orbits import significant
 from flatland.kernels.threads import thread_count
 from flatland.stencil import Stencil
 
@@ -47,7 +46,7 @@ class Mirrored:
         self.shape, self.size = shape, stencil.basis.size
         self.transfer, self.offsets = significant(stencil.transfer), stencil.offsets
         self.periods = mirror_distances(shape)
-        self.parities = component_parities(stencil.basis)
+        self.parities = stencil.basis.parities
         self.odd = self.parities > 0
         self.norm = math.prod(2 * n for n in self.periods)
         self.inverse, self.endless, self.missing = self._spectrum()
@@ -170,23 +169,9 @@ def _largest_factor(number: int) -> int:
     return largest
 
 
-def component_parities(basis: AngularBasis) -> NDArray[np.int64]:
-    """±1 per component and axis (size, dimension): its sign when that axis is turned round."""
-    generator = np.random.default_rng(0)
-    directions = generator.normal(size=(4 * basis.size, basis.dimension))
-    directions /= np.linalg.norm(directions, axis=1, keepdims=True)
-    plain = basis.evaluate(directions)
-    signs = []
-    for axis in range(basis.dimension):
-        mirror = np.ones(basis.dimension)
-        mirror[axis] = -1
-        signs.append(np.sign(np.sum(plain * basis.evaluate(directions * mirror), axis=0)))
-    return np.stack(signs, axis=1).astype(np.int64)
-
-
 def is_mirror_symmetric(stencil: Stencil) -> bool:
     """Whether the scheme treats every direction and its mirror image alike."""
-    parities = component_parities(stencil.basis)
+    parities = stencil.basis.parities
     transfers = {tuple(o): t for o, t in zip(stencil.offsets.tolist(), stencil.transfer)}
     size = np.abs(stencil.transfer).max(initial=0.0)
     for offset, transfer in transfers.items():

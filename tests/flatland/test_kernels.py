@@ -106,6 +106,44 @@ def test_open_cells_cost_no_memory():
     assert Sweep(stencil, layout, tau).transmittance.size == 64 * 4 + 8 * 16
 
 
+@pytest.mark.parametrize("shape", [(2, 33), (5, 64), (3, 4, 37), (2, 3, 160)], ids=str)
+@pytest.mark.parametrize("bands", [2, 3])
+@open_or_blocked
+@linear_or_clamped
+@every_precision
+def test_fields_larger_than_the_cache(shape, bands, blocked, clamp, dtype, rng, monkeypatch):
+    """Written past the cache and, in space, a piece of a row at a time."""
+    basis = CircularHarmonics(bands) if len(shape) == 2 else SphericalHarmonics(bands)
+    stencil = random_stencil(rng, basis, neighbours(len(shape)), faces=2, clamp=clamp)
+    values, tau = random_case(rng, stencil, shape, blocked)
+    small = Stepper(stencil, shape, tau, dtype=dtype).steps(values, 3)
+    monkeypatch.setattr(sweep, "last_cache_bytes", lambda: 0)
+    stepper = Stepper(stencil, shape, tau, dtype=dtype)
+    assert stepper.sweep.recipe.large
+    large = stepper.steps(values, 3)
+    np.testing.assert_array_equal(large[0], small[0])
+    np.testing.assert_array_equal(large[1], small[1])
+    np.testing.assert_allclose(large[2].components, small[2].components, rtol=1e-5)
+    np.testing.assert_allclose(large[2].squares, small[2].squares, rtol=1e-5)
+    assert_steps_agree(stencil, values, tau, dtype)
+
+
+def test_large_fields_may_begin_anywhere(rng, monkeypatch):
+    """A store past the cache takes whole vectors only; NumPy's own arrays begin elsewhere."""
+    stencil = random_stencil(rng, SphericalHarmonics(2), neighbours(3))
+    values, _ = random_case(rng, stencil, (3, 4, 37))
+    monkeypatch.setattr(sweep, "last_cache_bytes", lambda: 0)
+    stepper = Stepper(stencil, (3, 4, 37))
+    expected = stepper.steps(values, 2)[1]
+
+    def displaced():
+        return np.zeros(stepper.layout.size + 1)[1:]
+
+    monkeypatch.setattr(Layout, "allocate", lambda self: displaced())
+    assert displaced().ctypes.data % 64
+    np.testing.assert_array_equal(stepper.steps(values, 2)[1], expected)
+
+
 @linear_or_clamped
 def test_more_coefficients_than_registers_are_swept_in_parts(clamp, rng):
     offsets = neighbours(2, diagonal=False)
