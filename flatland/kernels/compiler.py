@@ -7,11 +7,12 @@ import threading
 from collections import OrderedDict
 from collections.abc import Callable
 from functools import cache
+from typing import Any
 
 import llvmlite.binding as llvm
 
 _POINTER, _INTEGER = ctypes.c_void_p, ctypes.c_int64
-_SIGNATURES = {
+_SIGNATURES: dict[str, list[type[Any]]] = {
     "sweep": [_POINTER] * 4 + [_INTEGER] * 2 + [_POINTER] * 2,
     "steps": [_POINTER] * 4
     + [_INTEGER] * 2
@@ -20,6 +21,7 @@ _SIGNATURES = {
     + [_POINTER] * 2
     + [_INTEGER] * 2
     + [_POINTER, _INTEGER, _POINTER],
+    "multiply": [_POINTER, _INTEGER],
 }
 #: Compiled texts kept in memory; the oldest go first.
 _KEPT = 64

@@ -9,7 +9,7 @@ import pytest
 from small_studies import TINY, study_of
 
 from flatland.results import load_dataset
-from studies.bench import limits, steps
+from studies.bench import limits
 from studies.command_line import _run
 from studies.progress import study_progress
 from studies.sweeps.study import builtin_studies, load_study
@@ -120,7 +120,7 @@ def test_a_pipe_sees_no_bar(capsys):
 
 def test_bench_prints_ratios_to_limits_of_the_same_run(capsys, monkeypatch):
     monkeypatch.setattr(limits, "LARGE", 64)
-    steps._bandwidth.cache_clear()
+    limits.main_memory_bandwidth.cache_clear()
     arguments = ["bench", "--sizes", "8", "--sizes-3d", "4", "--bands", "1"]
     assert _run([*arguments, "--json"]) == 0
     record = json.loads(capsys.readouterr().out)
@@ -130,10 +130,13 @@ def test_bench_prints_ratios_to_limits_of_the_same_run(capsys, monkeypatch):
         assert row["seconds"] > 0
         assert row["over_same_arrays"] > 0
         assert row["over_main_memory"] > 0
+        assert row["over_arithmetic"] > 0
+        parts = ("over_main_memory", "over_same_arrays", "over_arithmetic")
+        assert row["over_limit"] == pytest.approx(min(row[name] for name in parts))
     assert record["machine"]["threads"] == 1
     assert _run([*arguments, "--propagator", "lpv"]) == 0
     assert "x main memory" in capsys.readouterr().out
-    steps._bandwidth.cache_clear()
+    limits.main_memory_bandwidth.cache_clear()
 
 
 def test_the_built_in_studies_say_what_they_show():
