@@ -100,7 +100,7 @@ def multiply_add_rate(precision: str) -> float:
     multiply, parties = code.function("multiply"), thread_count()
     values = np.full((parties, 2 * writer.layout.lanes), 0.5, precision)
     seconds = best_seconds(
-        lambda: run_shared(lambda p, _: multiply(values[p].ctypes.data, _ROUNDS), parties), 20
+        lambda: run_shared(lambda p, _: multiply(values[p].ctypes.data, _ROUNDS), parties), 200
     )
     return _CHAINS * _ROUNDS * writer.layout.lanes * parties / seconds
 

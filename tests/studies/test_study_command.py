@@ -52,7 +52,8 @@ def test_a_study_with_failures_says_so_and_writes_its_data_set(study_file, tmp_p
     out, error = capsys.readouterr()
     assert "3 cases done, 0 kept, 1 failed" in out
     assert re.search(r"failed: errors: dom4, 3 bands, on tiny \(\w+\): .*1\.2732", out)
-    assert error == ""
+    # The first command of a process may have kernels to compile, and says so.
+    assert all(NOTICE in line for line in error.splitlines())
     assert load_dataset(folder / "study.nc").sizes["row"] == 4
     assert (folder / "study.csv").read_text().count("\n") == 5
 
