@@ -8,6 +8,7 @@ import re
 import pytest
 from small_studies import TINY, study_of
 
+from flatland.first_time import NOTICE
 from flatland.results import load_dataset
 from studies.bench import limits
 from studies.command_line import _run
