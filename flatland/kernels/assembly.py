@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flatland.kernels.arrivals import Arrivals, written_operations
+from flatland.kernels.frame import Frame
 from flatland.kernels.layout import Layout
 from flatland.kernels.recipe import Recipe
 from flatland.kernels.shares import header_of, is_written_twice, vectors_of
@@ -43,6 +44,7 @@ class SweepText:
         self.arrivals = Arrivals(self.writer, stencil)
         self._parities = stencil.basis.parities
         self.storing = Storing(self.writer, recipe)
+        self.frame = Frame(self.writer, recipe.boxed)
         #: Whether vectors of cells that no wall is near go without τ; written twice, it compiles
         #: twice as long.
         self.skips = recipe.blocked and is_written_twice(operations)
@@ -53,60 +55,17 @@ class SweepText:
             self.stage = Stage(self.writer, self.storing, rows * layout.strides[-2])
 
     def text(self) -> str:
-        self._prologue()
-        sums = self._staged() if self.stage else self._direct()
-        self._epilogue(sums)
+        self.frame.begin(self._prepare)
+        self.frame.end(self._staged() if self.stage else self._direct())
         self.writer.table()
         return "\n".join(self.writer.lines) + "\n"
 
-    # -- control flow ---------------------------------------------------------------------------
-
-    def _prologue(self) -> None:
-        layout = self.layout
-        outer = layout.strides[-3] if len(layout.shape) == 3 else 0
-        self.writer.declarations()
-        self._put(
-            "define void @sweep(ptr noalias readonly %S, ptr noalias %T, ptr noalias %X, "
-            "ptr noalias readonly %tau, i64 %first_row, i64 %last_row, "
-            "ptr noalias readonly %box, ptr noalias %sums) {"
-        )
-        self._put("entry:")
+    def _prepare(self) -> None:
+        """What is done once, before the first row."""
         if self.stage:
             self.stage.allocate()
         self.writer.find_table()
-        if self.recipe.boxed:
-            self._box()
         self.storing.find_factors()
-        self._put("  %any = icmp slt i64 %first_row, %last_row")
-        self._put("  br i1 %any, label %row, label %end")
-        self._put("row:\n  %r = phi i64 [%first_row, %entry], [%next_row, %row_end]")
-        inner, plane, row = str(layout.shape[-2]), "0", "0"
-        if self.recipe.boxed:
-            inner, plane, row = "%inner", "%plane", "%row_0"
-        self._put(f"  %r_outer = udiv i64 %r, {inner}\n  %r_inner = urem i64 %r, {inner}")
-        self._put(f"  %p = add i64 %r_outer, {plane}\n  %q = add i64 %r_inner, {row}")
-        self._put(f"  %a = mul i64 %p, {outer}\n  %b = mul i64 %q, {layout.strides[-2]}")
-        self._put(f"  %of_planes = mul i64 %p, {layout.shape[-2]}")
-        self._put("  %grid_row = add i64 %of_planes, %q")
-        self._put(f"  %ab = add i64 %a, %b\n  %row_base = add i64 %ab, {layout.front}")
-
-    def _box(self) -> None:
-        """Rows and columns of the box, and which kinds of vectors it has."""
-        full = self.layout.width // self.layout.lanes * self.layout.lanes
-        for i, name in enumerate(("plane", "row_0", "inner", "first_column", "last_column")):
-            self._put(f"  %at_{name} = getelementptr i64, ptr %box, i64 {i}")
-            self._put(f"  %{name} = load i64, ptr %at_{name}")
-        self._put(f"  %cut = icmp slt i64 %last_column, {full}")
-        self._put(f"  %full_end = select i1 %cut, i64 %last_column, i64 {full}")
-        self._put("  %any_full = icmp slt i64 %first_column, %full_end")
-        self._put(f"  %any_rest = icmp sgt i64 %last_column, {full}")
-
-    def _epilogue(self, sums: list[str]) -> None:
-        for position, name in enumerate(sums):
-            self.writer.add_to("%sums", position, name)
-        self._put("  br label %row_end\nrow_end:\n  %next_row = add i64 %r, 1")
-        self._put("  %more_rows = icmp slt i64 %next_row, %last_row")
-        self._put("  br i1 %more_rows, label %row, label %end\nend:\n  ret void\n}")
 
     # -- a row, vector by vector ----------------------------------------------------------------
 

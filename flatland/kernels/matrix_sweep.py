@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
 from flatland.kernels.layout import Layout
+from flatland.kernels.reports import StepSums
 from flatland.stencil import Stencil
 
 Buffer = NDArray[np.floating]
@@ -33,6 +36,27 @@ class MatrixSweep:
             for first in range(0, rows, count):
                 cells = np.array([*plane, first, 0])
                 self._block(source, target, cells, min(count, rows - first))
+
+    def steps(
+        self,
+        source: Buffer,
+        target: Buffer,
+        total: Buffer,
+        count: int,
+        sums: Sequence[int],
+        outflow: Callable[[Buffer], float],
+    ) -> StepSums:
+        """See `Sweep.steps`. sums: components to report. outflow: what leaves the grid."""
+        rows = np.zeros((count, len(sums) + 2))
+        for row in rows:
+            row[-1] = outflow(source)
+            self.apply(source, target)
+            total += target
+            cells = self.layout.view(target)
+            row[: len(sums)] = cells[list(sums)].sum(tuple(range(1, cells.ndim)), dtype=float)
+            row[-2] = np.square(cells).sum(dtype=float)
+            source, target = target, source
+        return StepSums(rows[:, :-2], rows[:, -2], rows[:, -1])
 
     def _block(self, source: Buffer, target: Buffer, cells: NDArray[np.int64], rows: int) -> None:
         """Some rows of one plane, the first of which begins in the cell `cells`."""

@@ -171,7 +171,9 @@ class Sweep:
     ) -> StepSums:
         """Steps whose `left` is that of the stencil's transfer matrices."""
         if self.by_matrices:
-            return self._matrix_steps(source, target, total, count)
+            return self._matrices.steps(
+                source, target, total, count, self.recipe.sums, self.outflow
+            )
         lit = lit or whole(self.layout.shape)
         steps, rows, box = self._rows_of(lit, count)
         border_cells = len(self.border_cells) if touches_border(lit, self.layout.shape) else 0
@@ -254,19 +256,6 @@ class Sweep:
         code = compile_text(text)
         self._code.append(code)
         return code.function("sweep")
-
-    def _matrix_steps(self, source: Buffer, target: Buffer, total: Buffer, count: int) -> StepSums:
-        rows = np.zeros((count, self._width))
-        for row in rows:
-            row[-1] = self.outflow(source)
-            self._matrices.apply(source, target)
-            total += target
-            cells = self.layout.view(target)
-            summed = tuple(range(1, cells.ndim))
-            row[: len(self.recipe.sums)] = cells[list(self.recipe.sums)].sum(summed, dtype=float)
-            row[-2] = np.square(cells).sum(dtype=float)
-            source, target = target, source
-        return StepSums(rows[:, :-2], rows[:, -2], rows[:, -1])
 
     def outflow(self, source: Buffer) -> float:
         """Flux (in units of coefficient 0) that one step from `source` loses over the border."""
