@@ -47,5 +47,5 @@ def test_cells_that_light_has_not_reached_cost_nothing(
     with capsys.disabled():
         head = ["steps", "small grid", f"{side}^{dimension} [µs]", "small [µs]", "ratio"]
         print(f"\n{name}, one lit cell\n{table(head, rows)}")
-    # In space the rows of a box lie far apart in a large grid: up to twice the time.
-    assert rows[-1][-1] < (1.5 if dimension == 2 else 3.0)
+    # In space the rows of a box lie far apart in a large grid.
+    assert max(row[-1] for row in rows) < (1.5 if dimension == 2 else 2.0)

@@ -18,6 +18,7 @@ from flatland.light_state import LightState
 from flatland.medium import Medium
 from flatland.medium_step import MediumStep, in_medium
 from flatland.occlusion import Occlusion
+from flatland.patch import Patch
 from flatland.solvers import SolveReport, solve_converged
 from flatland.stencil import Stencil
 
@@ -126,8 +127,8 @@ class Level:
         self._ledgers = [Ledger() for _ in self.states]
         self._passed: Sequence[Values] | None = None
 
-    def start(self, newest: Sequence[Values], passed: Sequence[Values] | None = None) -> None:
-        """Begin with light (size, *shape) per spectrum, in units of its scale.
+    def start(self, newest: Sequence[Patch], passed: Sequence[Values] | None = None) -> None:
+        """Begin with light per spectrum, in units of its scale.
 
         passed: light that has been here before; it is part of what is accumulated.
         """
@@ -138,6 +139,8 @@ class Level:
         for i, (state, ledger) in enumerate(zip(self.states, self._ledgers)):
             state.start(newest[i], None if passed is None else passed[i], components)
             self._books.open(ledger, float(state.component_sums[0]) * self._unit(state))
+        for state, sweep in zip(self.states, self._sweeps):
+            sweep.prepare(state.lit)
 
     def lit_cells(self) -> NDArray[np.bool_]:
         """Cells that any light has been in, (*shape), by the light itself."""

@@ -21,6 +21,9 @@ from flatland.kernels.box import (
     whole,
 )
 from flatland.kernels.reports import Buffer, StepSums
+from flatland.patch import Patch
+
+Values = NDArray[np.floating]
 
 #: A run is stopped when its light, in the L2 norm, has grown by this much: far above anything
 #: physical, and so far below overflow that the last state is still a state.
@@ -59,27 +62,23 @@ class LightState:
         self.swept = self.sweepable = 0
         self._looks = 0
 
-    def start(
-        self,
-        newest: NDArray[np.floating],
-        passed: NDArray[np.floating] | None,
-        components: list[int],
-    ) -> None:
-        """Begin with light (size, *shape) in units of `scale`; `passed` has moved on already.
+    def start(self, newest: Patch, passed: Values | None, components: list[int]) -> None:
+        """Begin with light in units of `scale`; `passed` (size, *shape) has moved on already.
 
         components: those whose sums over cells the books need.
         """
         self.reset()
-        self._limit = self.drop * float(np.abs(newest).max(initial=0.0)) if self.drop else 0.0
+        largest = float(np.abs(newest.values).max(initial=0.0)) if self.drop else 0.0
+        self._limit = self.drop * largest
         everywhere = whole(self.layout.shape)
-        self.lit = trimmed(newest, everywhere)[0] if self.skip else everywhere
+        newest = newest.trimmed()
+        self.lit = newest.box if self.skip else everywhere
         self._touched = self.lit if passed is None else everywhere
-        lit = cells_of(self.lit)
         for buffer in (self.target, self.total):
-            self.layout.view(buffer)[lit] = newest[lit]
+            self.layout.view(buffer)[cells_of(newest.box)] = newest.values
         if passed is not None:
             self.layout.view(self.total)[...] += passed
-        light = np.asarray(self.layout.view(self.target)[lit], float)
+        light = np.asarray(self.layout.view(self.target)[cells_of(newest.box)], float)
         self.start_norm = self.norm = float(np.sqrt(np.square(light).sum()))
         self._components = components
         axes = tuple(range(1, light.ndim))
@@ -156,7 +155,7 @@ class LightState:
         return self.layout.view(buffer) * self.layout.dtype.type(self.scale)
 
 
-def light_scale(pattern: NDArray[np.float64]) -> float:
+def light_scale(pattern: Values) -> float:
     """The power of two just below the largest coefficient of a pattern of light; 1 without light.
 
     It changes no digit; fluxes of 1e30 W then do not overflow float32.

@@ -22,6 +22,7 @@ from flatland.medium_step import warn_of_spread
 from flatland.memory import require_memory
 from flatland.occlusion import Walls, given_occlusion, without_first_bounces
 from flatland.octree import LevelRules, Octree
+from flatland.patch import Patch
 from flatland.scene import Scene
 from flatland.skipped import Skip, skipped
 from flatland.solvers import SolveReport
@@ -94,7 +95,7 @@ class Simulation:
         else:
             self._occlusion = given_occlusion(transmittance, self.stencil, grids)
         self._patterns, self._mixing = self._spectra()
-        scales = [light_scale(pattern) for pattern in self._patterns]
+        scales = [light_scale(pattern.values) for pattern in self._patterns]
         self._require_range(scales)
         self.octree = Octree(scene, self.stencil, precision, scales, walls, self._occlusion, rules)
         warn_of_spread([level.medium for level in self.octree.levels])
@@ -124,16 +125,17 @@ class Simulation:
             needed += 8 * cells * size * (2 * offsets + min(size, offsets))
         require_memory(needed, "grid.shape", self.scene.grid.shape)
 
-    def _spectra(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Patterns (P, size, *shape) that are stepped and mixing (colours, P)."""
+    def _spectra(self) -> tuple[list[Patch], NDArray[np.float64]]:
+        """The P patterns of light that are stepped and mixing (colours, P)."""
         lights = without_first_bounces(self.scene) if self._occlusion.reflections else self.scene
         if not (self.stencil.clamp or self._occlusion.coloured):
-            return independent_spectra(lights, self.basis)
+            patterns, mixing = independent_spectra(lights, self.basis)
+            return [Patch.around(pattern) for pattern in patterns], mixing
         # A clamped step is not linear, and coloured walls treat every colour in their own way:
         # every colour goes alone.
         values = inject(lights, self.basis).values
         values = values if self.scene.colours else values[None]
-        return np.asarray(values, float), np.eye(len(values))
+        return [Patch.around(colour) for colour in values], np.eye(len(values))
 
     def _require_range(self, scales: Sequence[float]) -> None:
         """Refuse light that the precision cannot hold, with a million to spare either way."""
@@ -169,7 +171,7 @@ class Simulation:
             raise bad_input("lights_block", True, "makes walls of the lights, which cannot move")
         self.scene = self.octree.scene = scene
         self._patterns, self._mixing = self._spectra()
-        scales = [light_scale(pattern) for pattern in self._patterns]
+        scales = [light_scale(pattern.values) for pattern in self._patterns]
         self._require_range(scales)
         for level in self.octree.levels:
             level.rescale(scales)
@@ -182,7 +184,7 @@ class Simulation:
         """
         self.reset()
         scales = [state.scale for state in self._states]
-        self.octree.inject([values / scale for values, scale in zip(self._patterns, scales)])
+        self.octree.inject([light * (1 / scale) for light, scale in zip(self._patterns, scales)])
         self._injected = True
 
     def downsample(self) -> None:

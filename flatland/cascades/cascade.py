@@ -21,6 +21,7 @@ from flatland.light_state import light_scale
 from flatland.medium_step import warn_of_spread
 from flatland.memory import require_memory
 from flatland.occlusion import Walls, without_first_bounces
+from flatland.patch import Patch
 from flatland.scene import Scene
 from flatland.solvers import SolveReport
 from flatland.stencil import Scheme
@@ -112,7 +113,10 @@ class Cascade:
         """All lights into all grids, from a fresh start."""
         self.reset()
         for level, patterns in zip(self._levels, self._patterns):
-            level.start([p / state.scale for p, state in zip(patterns, level.states)])
+            light = [
+                Patch.around(p) * (1 / state.scale) for p, state in zip(patterns, level.states)
+            ]
+            level.start(light)
         self._injected = True
 
     def run(self, iterations: int, progress: Callable[[int], object] | None = None) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+import math
 from collections.abc import Callable
 from copy import copy
 from dataclasses import replace
@@ -14,7 +15,7 @@ from numpy.typing import NDArray
 from flatland.kernels.arrivals import written_operations
 from flatland.kernels.assembly import SweepText
 from flatland.kernels.border import border, outflow_text
-from flatland.kernels.box import Box, sweep_box, touches_border, whole
+from flatland.kernels.box import Box, cell_count, sweep_box, touches_border, whole
 from flatland.kernels.cache import last_cache_bytes
 from flatland.kernels.clamping import clamped_steps
 from flatland.kernels.compiler import compile_text
@@ -38,6 +39,9 @@ _WORTH_SHARING_BATCH = 1_000_000
 _WORTH_SHARING_CALL = 3_000_000
 #: Multiply-adds, of light that is not there, in the time that it takes to compile other steps.
 _COMPILING = 200_000_000
+#: Operations of a step over the whole grid from which steps for a box are compiled before the first
+#: one, and the part of its cells that light may begin in.
+_LARGE_STEP, _SMALL_PART = 10_000_000, 16
 #: Whole planes are taken for a box that has all but one part in so many of their cells.
 _WORTH_A_BOX = 3
 
@@ -87,6 +91,13 @@ class Sweep:
             self._matrices = MatrixSweep(stencil, layout, self.transmittance)
             return
         self._steps = self._compiled(self.recipe)
+
+    def prepare(self, lit: Box) -> None:
+        """Compile steps for a box ahead, where light begins in a small part of a large grid."""
+        cells = math.prod(self.layout.shape)
+        large = not self.by_matrices and cells * self.operations > _LARGE_STEP
+        if large and cell_count(lit) * _SMALL_PART < cells:
+            _ = self._steps_in_box
 
     @cached_property
     def _steps_in_box(self) -> Callable[..., None]:
@@ -211,7 +222,8 @@ class Sweep:
         planes = range(lit[0][0] * per_plane, lit[0][1] * per_plane)
         spared = len(planes) * self.layout.width - in_box * int(box[4] - box[3])
         self._wasted += count * max(0, spared) * self.operations
-        if spared * _WORTH_A_BOX > len(planes) * self.layout.width and self._wasted > _COMPILING:
+        paid = self._wasted > _COMPILING or "_steps_in_box" in self.__dict__
+        if spared * _WORTH_A_BOX > len(planes) * self.layout.width and paid:
             return self._steps_in_box, range(in_box), box
         return self._steps, planes, self._whole
 

@@ -6,7 +6,6 @@ import warnings
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from flatland.errors import SchemeWarning
 from flatland.level import Level
@@ -17,6 +16,7 @@ from flatland.octree.index import Index, level_index
 from flatland.octree.merging import Values, blended, merged
 from flatland.octree.reach import Goal, Reach
 from flatland.octree.rules import LevelRules
+from flatland.patch import Patch
 from flatland.scene import Scene
 from flatland.solvers import SolveReport
 from flatland.stencil import Stencil
@@ -77,8 +77,8 @@ class Octree:
         for number in range(len(self.levels)):
             self._mark(number)
 
-    def inject(self, patterns: Sequence[NDArray[np.floating]]) -> None:
-        """Light (size, *shape) per spectrum into level 0, from a fresh start; others stay dark."""
+    def inject(self, patterns: Sequence[Patch]) -> None:
+        """Light, one patch per spectrum, into level 0, from a fresh start; others stay dark."""
         self.reset()
         self.levels[0].start(patterns)
         self._mark(0)
@@ -101,7 +101,7 @@ class Octree:
             passed = None if passed is None else [halved(values, dimension) for values in passed]
             if not finest.dark:
                 factor = level.layout.dtype.type(self.factors[number])
-                level.start([factor * values for values in newest], passed)
+                level.start([Patch.everywhere(factor * values) for values in newest], passed)
                 self._mark(number)
         self._downsampled_at = self.iteration
 

@@ -8,6 +8,7 @@ import flatland.memory
 import propagators
 from flatland.errors import InputError, InstabilityError, SchemeWarning
 from flatland.octree import halved
+from flatland.patch import Patch
 from flatland.scene import Scene
 from flatland.simulation import Simulation
 
@@ -69,7 +70,7 @@ def _level_alone(grid, occlusion, start):
     level.block(occlusion)
     scale = simulation._states[0].scale
     simulation.inject()
-    level.start([start / scale])
+    level.start([Patch.everywhere(start / scale)])
     return simulation
 
 
