@@ -7,7 +7,7 @@ import time
 import numpy as np
 
 import propagators
-from flatland import load_scene
+from flatland import Scene, load_scene
 from studies.bench.limits import best_seconds
 
 
@@ -20,6 +20,30 @@ def test_reference_with_50_occluders(report):
         + ", ".join(f"{n} bands {t:.2f} s" for n, t in seconds.items())
     )
     assert max(seconds.values()) < 2.0
+
+
+def test_reference_with_1000_walls(report):
+    """256² cells, black walls of 4 to 40 cells all over; the issue allows 30 s on two cores."""
+    scene, analytic = _walls(1000, 256), propagators.create("analytic")
+    seconds = {bands: best_seconds(lambda n=bands: analytic.solve(scene, n), 2) for bands in (2, 5)}
+    told = ", ".join(f"{n} bands {t:.2f} s" for n, t in seconds.items())
+    report(f"analytic 256², 1,000 walls: {told}")
+    assert max(seconds.values()) < 30.0
+
+
+def _walls(count: int, side: int) -> Scene:
+    generator = np.random.default_rng(0)
+    middles, angles = side * generator.random((count, 2)), np.pi * generator.random(count)
+    halves = 0.5 * generator.uniform(4, 40, count)[:, None]
+    halves = halves * np.stack([np.cos(angles), np.sin(angles)], axis=1)
+    occluders = [
+        {"kind": "segment", "albedo": 0.0, "start": start.tolist(), "end": end.tolist()}
+        for start, end in zip(middles - halves, middles + halves)
+    ]
+    light = {"kind": "area", "start": [0.3 * side, 1.0], "end": [0.6 * side, 1.0], "flux": 5.0}
+    return Scene.from_dict(
+        {"grid": {"shape": [side, side]}, "light": [light], "occluder": occluders}
+    )
 
 
 def test_reference_of_the_cornell_box(report):
