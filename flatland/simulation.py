@@ -312,6 +312,13 @@ class Simulation:
         return LevelView(self, int(number))
 
     @property
+    def field_bytes(self) -> int:
+        """Memory of source, target and accumulated light, of all levels and spectra."""
+        fields = 3 * len(self._states)
+        layouts = [level.layout for level in self.octree.levels]
+        return fields * sum(layout.size * layout.dtype.itemsize for layout in layouts)
+
+    @property
     def _states(self) -> list[LightState]:
         return self.octree.levels[0].states
 

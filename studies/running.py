@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from flatland.errors import bad_input
 from flatland.field import Field
 from flatland.ledger import Ledger
+from flatland.memory import PeakMemory
 from flatland.octree import require_width
 from flatland.scene import Scene
 from flatland.simulation import Simulation
@@ -123,12 +124,21 @@ class LevelResult:
 
 
 @dataclass(frozen=True)
+class MemoryUse:
+    """Bytes. fields: source, target and accumulated light. peak: all that setting up and running
+    took beyond what the process had before, None where the system does not tell."""
+
+    fields: int
+    peak: int | None
+
+
+@dataclass(frozen=True)
 class Run:
     """What came of it. seconds: stepping or solving, and merging, without reading and compiling.
 
     accumulated: of an octree, the merged field. ledger: of level 0. levels: all levels if they
     were asked for, and index, (*shape), the level that each cell was read from. skips: what was
-    left out since nothing needs it.
+    left out since nothing needs it. memory: what it took.
     """
 
     method: Method
@@ -140,6 +150,7 @@ class Run:
     levels: tuple[LevelResult, ...] = ()
     index: NDArray[np.int8] | None = None
     skips: tuple[Skip, ...] = ()
+    memory: MemoryUse | None = None
 
 
 def run_method(
@@ -152,6 +163,7 @@ def run_method(
     """
     if not isinstance(method.propagator, StencilPropagator):
         return _answer(scene, method)
+    peak = PeakMemory()
     simulation = method.simulation(scene)
     simulation.start()
     simulation.octree.prepare()
@@ -166,6 +178,7 @@ def run_method(
         seconds = time.perf_counter() - begin
         stopped = f"{simulation.iteration} iterations"
         details = {"iterations": simulation.iteration}
+    memory = MemoryUse(simulation.field_bytes, peak.taken)
     if method.levels == 1:
         accumulated, index = simulation.accumulated, None
     else:
@@ -175,7 +188,7 @@ def run_method(
     skips = tuple(simulation.explain())
     levels = _levels(simulation, index) if keep_levels and index is not None else ()
     ledger = simulation.ledger
-    return Run(method, accumulated, seconds, stopped, ledger, details, levels, index, skips)
+    return Run(method, accumulated, seconds, stopped, ledger, details, levels, index, skips, memory)
 
 
 def _levels(simulation: Simulation, index: NDArray[np.int8]) -> tuple[LevelResult, ...]:

@@ -17,7 +17,7 @@ from flatland.kernels.assembly import SweepText
 from flatland.kernels.border import border, outflow_text
 from flatland.kernels.box import Box, cell_count, sweep_box, touches_border, whole
 from flatland.kernels.cache import last_cache_bytes
-from flatland.kernels.clamping import clamped_steps
+from flatland.kernels.clamping import ClampedFluxes, clamped_steps
 from flatland.kernels.compiler import compile_text
 from flatland.kernels.layout import VECTOR_BYTES, Layout
 from flatland.kernels.matrix_sweep import MatrixSweep
@@ -114,6 +114,11 @@ class Sweep:
         code = compile_text(text)
         self._code.append(code)
         return code.function("steps")
+
+    @cached_property
+    def clamped(self) -> ClampedFluxes:
+        """For the books of a clamped scheme."""
+        return ClampedFluxes(self.stencil, self.layout, self.open_share)
 
     @property
     def _width(self) -> int:

@@ -56,7 +56,9 @@ _RARE = ("medium", "dropped")
 )
 @click.option("--slice", "layer", metavar="AXIS=INDEX", help="Layer of a 3D picture; middle of z.")
 @click.option("--drop", default=0.0, metavar="PART", help="Leave light below this part alone.")
-@click.option("--explain", is_flag=True, help="Print what was skipped and what it saved.")
+@click.option(
+    "--explain", is_flag=True, help="Print what was skipped, and memory."
+)
 @click.option("--json", "as_json", is_flag=True, help="Print JSON for machines.")
 def command(
     scene: str,
@@ -186,6 +188,7 @@ def _record(
         **run.details,
         "ledger": {name: value.tolist() for name, value in books.items()},
         "skipped": [asdict(skip) for skip in run.skips],
+        "memory": None if run.memory is None else asdict(run.memory),
         **({"levels": [_level_record(level) for level in run.levels]} if run.levels else {}),
         "errors": plain_numbers(errors),
         "surfaces": [asdict(row) for row in lit],
@@ -238,12 +241,24 @@ def _skips(run: Run) -> str:
     from studies.tables import table
 
     if not run.skips:
-        return "\nnothing was skipped"
+        return "\n".join(["", "nothing was skipped", *_memory(run)])
     rows = [
         [skip.name, "" if skip.saved is None else f"{skip.saved:.1%}", skip.reason]
         for skip in run.skips
     ]
-    return "\n" + table(["skipped", "of its work", "because"], rows)
+    return "\n".join(["", table(["skipped", "of its work", "because"], rows), *_memory(run)])
+
+
+def _memory(run: Run) -> list[str]:
+    """What the fields take and what all took, if that is known."""
+    from flatland.memory import megabytes
+
+    if run.memory is None:
+        return []
+    fields = f"source, target and accumulated light take {megabytes(run.memory.fields)}"
+    if run.memory.peak is None:
+        return ["", f"memory: {fields}"]
+    return ["", f"memory: {fields}; with code and libraries, {megabytes(run.memory.peak)} at most"]
 
 
 def _levels(levels: Sequence[LevelResult]) -> str:

@@ -283,3 +283,11 @@ def test_a_sun_has_no_angular_error_and_the_json_stays_json():
     errors = json.loads(text, parse_constant=pytest.fail)["errors"]
     assert errors["angular"] is None
     assert errors["coefficients"] > 0
+
+
+def test_run_explains_what_it_skipped_and_what_it_took():
+    told = _good(flatland("run", "fig5-one-light", "--iterations", "4", "--explain"))
+    assert "operations a cell instead of" in told
+    assert "memory: source, target and accumulated light take" in told
+    record = json.loads(_good(flatland("run", "fig5-one-light", "--iterations", "4", "--json")))
+    assert record["memory"]["fields"] > 3 * 3 * 8 * 17**2
