@@ -18,6 +18,7 @@ from propagators.analytic.balance import arriving_flux, balance
 from propagators.analytic.elements import cut_walls
 from propagators.base import Answer, DirectPropagator, Option, StencilPropagator
 from propagators.beam.solution import first_flight_through
+from propagators.options import BOUNCES, element_of_one
 from propagators.transport.books import weighted_sum
 from propagators.transport.ordinates import Ordinates, chosen_count
 from propagators.transport.problem import DirectProblem, read_problem
@@ -58,15 +59,8 @@ class ModifiedDiscreteOrdinates(DirectPropagator):
     media: ClassVar = True
     options = (
         Option("scheme", str, "dom8", "the stencil: any propagator that steps, with its defaults"),
-        Option(
-            "element",
-            float,
-            0.5,
-            "longest piece of a reflecting wall with one irradiance, in cells",
-            minimum=0.01,
-            maximum=1000.0,
-        ),
-        Option("bounces", bool, True, "walls send light back as their albedo says; else all black"),
+        element_of_one("irradiance"),
+        BOUNCES,
     )
 
     def answer(self, scene: Scene, bands: int) -> Answer:

@@ -15,6 +15,7 @@ from propagators.analytic.arcs import Arc
 from propagators.analytic.flat import FlatAnswer
 from propagators.analytic.irradiance import SurfaceLight
 from propagators.base import Option, Propagator
+from propagators.options import BOUNCES, element_of_one
 from propagators.watching import Progress
 
 if TYPE_CHECKING:
@@ -61,15 +62,8 @@ class Analytic(Propagator):
     summary = "the exact answer: crossed strings in 2D, spherical polygons in 3D"
     dimensions: ClassVar = (2, 3)
     options = (
-        Option(
-            "element",
-            float,
-            0.5,
-            "longest piece of a reflecting wall with one radiosity, in cells",
-            minimum=0.01,
-            maximum=1000.0,
-        ),
-        Option("bounces", bool, True, "walls send light back as their albedo says; else all black"),
+        element_of_one("radiosity"),
+        BOUNCES,
         Option(
             "tolerance",
             float,

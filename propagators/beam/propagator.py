@@ -16,6 +16,7 @@ from flatland.scene import Scene
 from propagators.analytic.checks import checked_directions
 from propagators.base import Answer, DirectPropagator, Option
 from propagators.beam.solution import intensity_by_beams, solve_by_beams, solve_in_medium
+from propagators.options import BOUNCES, ELEMENT
 from propagators.transport.books import weighted_sum
 from propagators.transport.ordinates import Ordinates, chosen_count
 from propagators.transport.problem import DirectProblem, read_problem
@@ -75,15 +76,8 @@ class Beam(DirectPropagator):
             minimum=0.0,
             maximum=1.0,
         ),
-        Option(
-            "element",
-            float,
-            0.5,
-            "longest piece of a reflecting wall with one radiance, in cells",
-            minimum=0.01,
-            maximum=1000.0,
-        ),
-        Option("bounces", bool, True, "walls send light back as their albedo says; else all black"),
+        ELEMENT,
+        BOUNCES,
     )
 
     def answer(self, scene: Scene, bands: int) -> Answer:

@@ -14,6 +14,7 @@ from propagators.base import Answer, DirectPropagator, Option
 from propagators.cascades.cascade import Cascade
 from propagators.cascades.levels import Plan
 from propagators.cascades.merging import BILINEAR_FIX, CHEAP_FIX, VANILLA
+from propagators.options import BOUNCES, ELEMENT
 from propagators.transport.problem import DirectProblem, read_problem
 from propagators.transport.settling import settled_flux
 
@@ -74,15 +75,8 @@ class RadianceCascades(DirectPropagator):
             maximum=64.0,
         ),
         Option("nodes", int, 2, "Gauss points on each piece of a face", minimum=1, maximum=16),
-        Option(
-            "element",
-            float,
-            0.5,
-            "longest piece of a reflecting wall with one radiance, in cells",
-            minimum=0.01,
-            maximum=1000.0,
-        ),
-        Option("bounces", bool, True, "walls send light back as their albedo says; else all black"),
+        ELEMENT,
+        BOUNCES,
     )  # fmt: skip
 
     def answer(self, scene: Scene, bands: int) -> Answer:

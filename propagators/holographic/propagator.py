@@ -15,6 +15,7 @@ from propagators.base import Answer, DirectPropagator, Option
 from propagators.beam.solution import surface_radiance
 from propagators.holographic.merging import merge_cones, sum_faces
 from propagators.holographic.rays import cast_rays, extend_rays
+from propagators.options import BOUNCES, ELEMENT
 from propagators.transport.cell_items import Items, items_in_cells
 from propagators.transport.ordinates import Ordinates, chosen_count
 from propagators.transport.problem import DirectProblem, read_problem
@@ -55,15 +56,8 @@ class HolographicCascades(DirectPropagator):
         Option(
             "rays", str, "extended", "long rays made of short ones, or cast", ("extended", "cast")
         ),
-        Option(
-            "element",
-            float,
-            0.5,
-            "longest piece of a reflecting wall with one radiance, in cells",
-            minimum=0.01,
-            maximum=1000.0,
-        ),
-        Option("bounces", bool, True, "walls send light back as their albedo says; else all black"),
+        ELEMENT,
+        BOUNCES,
     )  # fmt: skip
 
     def answer(self, scene: Scene, bands: int) -> Answer:

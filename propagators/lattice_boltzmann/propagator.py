@@ -32,6 +32,7 @@ from propagators.lattice_boltzmann.rules import (
     lattice_moments,
     step_probability,
 )
+from propagators.options import BOUNCES
 
 Array = NDArray[np.float64]
 
@@ -72,7 +73,7 @@ class LatticeBoltzmann(DirectPropagator):
             "of a collision in a step: by mean square distance, σ_t h, or 1 - e^(-σ_t h)",
             PROBABILITIES,
         ),
-        Option("bounces", bool, True, "walls send light back as their albedo says; else all black"),
+        BOUNCES,
     )
 
     def answer(self, scene: Scene, bands: int) -> Answer:

@@ -18,6 +18,7 @@ from flatland.scene import Scene
 from propagators.base import Answer, DirectPropagator, Option
 from propagators.maps.flight import Maps
 from propagators.maps.generations import settled_light
+from propagators.options import BOUNCES, ELEMENT
 from propagators.transport.problem import DirectProblem, read_problem
 
 Array = NDArray[np.float64]
@@ -64,15 +65,8 @@ class LightPropagationMaps(DirectPropagator):
             "lights as they are, or as an injector puts them into cells",
             ("segment", "cell"),
         ),
-        Option(
-            "element",
-            float,
-            0.5,
-            "longest piece of a reflecting wall with one radiance, in cells",
-            minimum=0.01,
-            maximum=1000.0,
-        ),
-        Option("bounces", bool, True, "walls send light back as their albedo says; else all black"),
+        ELEMENT,
+        BOUNCES,
     )
 
     def answer(self, scene: Scene, bands: int) -> Answer:

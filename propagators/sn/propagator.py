@@ -11,6 +11,7 @@ from flatland.kernels.threads import thread_count
 from flatland.memory import require_memory
 from flatland.scene import Scene
 from propagators.base import Answer, DirectPropagator, Option
+from propagators.options import BOUNCES, ELEMENT
 from propagators.sn.sweeping import RULES, Sweeps
 from propagators.transport.ordinates import Ordinates, chosen_count
 from propagators.transport.problem import DirectProblem, read_problem
@@ -69,15 +70,8 @@ class GridSweeps(DirectPropagator):
             maximum=2**17,
         ),
         Option("lights_block", bool, False, "lights stop light like black walls"),
-        Option(
-            "element",
-            float,
-            0.5,
-            "longest piece of a reflecting wall with one radiance, in cells",
-            minimum=0.01,
-            maximum=1000.0,
-        ),
-        Option("bounces", bool, True, "walls send light back as their albedo says; else all black"),
+        ELEMENT,
+        BOUNCES,
     )
 
     def answer(self, scene: Scene, bands: int) -> Answer:
