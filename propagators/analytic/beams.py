@@ -13,9 +13,8 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from flatland.kernels.threads import run_shared
 from propagators.analytic.blockers import TOUCH
-from propagators.analytic.compiling import inner, parties_for, shared
+from propagators.analytic.compiling import inner, share_work, shared
 
 Vector = NDArray[np.float64]
 
@@ -28,11 +27,8 @@ def beam_intensity(
 ) -> Vector:
     """Intensity (K, C, nx, ny) at unit directions (K, 2) from emitters (E, 4), radiance (E, C)."""
     result = np.zeros((len(directions), radiance.shape[1], *shape))
-
-    def project(party: int, parties: int) -> None:
-        _project(party, parties, directions, emitters, radiance, walls, result)
-
-    run_shared(project, parties_for(len(directions) * shape[0] * shape[1]))
+    count = len(directions) * shape[0] * shape[1]
+    share_work(_project, count, directions, emitters, radiance, walls, result)
     return result
 
 

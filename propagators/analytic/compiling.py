@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import Any
+
 from numba import njit
 
-from flatland.kernels.threads import thread_count
+from flatland.kernels.threads import run_shared, thread_count
 
 #: For functions that only other kernels call: the wrappers for Python would cost a fifth of the
 #: compile time. The cache is keyed by each function's own file: after editing a callee in another
@@ -30,3 +33,15 @@ _FEW = 64
 def parties_for(count: int) -> int:
     """In how many threads to share `count` pieces of work."""
     return thread_count() if count > _FEW else 1
+
+
+def share_work(kernel: Callable[..., None], count: int, *arguments: Any) -> None:
+    """Call kernel(party, parties, *arguments) in the threads that `count` pieces of work are worth.
+
+    A kernel does the pieces party, party + parties, …, and writes into one of its arguments.
+    """
+
+    def run(party: int, parties: int) -> None:
+        kernel(party, parties, *arguments)
+
+    run_shared(run, parties_for(count))

@@ -8,9 +8,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from flatland.kernels.threads import run_shared
 from propagators.analytic.blockers import Scratch, make_scratch
-from propagators.analytic.compiling import inner, parties_for, shared
+from propagators.analytic.compiling import inner, share_work, shared
 from propagators.analytic.geometry import Geometry
 from propagators.analytic.rays import is_clear
 from propagators.analytic.views import view
@@ -41,11 +40,7 @@ def irradiance_at(
     irradiance E⊥, E⊥ cos a. emitters (E, 4), radiance (E, C): lights and elements that reflect.
     """
     result = np.zeros((len(points), radiance.shape[1]))
-
-    def collect(party: int, parties: int) -> None:
-        _collect(party, parties, points, normals, emitters, radiance, geometry.walls, result)
-
-    run_shared(collect, parties_for(len(points)))
+    share_work(_collect, len(points), points, normals, emitters, radiance, geometry.walls, result)
     return result + _from_points(geometry, points, normals) + _from_beams(geometry, points, normals)
 
 

@@ -7,10 +7,9 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from flatland.kernels.threads import run_shared
 from propagators.analytic.beams import EDGE_ON, seen_width, turned_rows
 from propagators.analytic.blockers import TOUCH
-from propagators.analytic.compiling import inner, parties_for, shared
+from propagators.analytic.compiling import inner, share_work, shared
 
 Vector = NDArray[np.float64]
 
@@ -27,11 +26,7 @@ def collect_parallel_light(
     result = np.zeros((len(targets), irradiances.shape[1], 2 * bands - 1))
     # The light comes from a line across the beam that lies before everything.
     reach = 1.0 + 2 * max(np.abs(targets).max(initial=0.0), np.abs(walls).max(initial=0.0))
-
-    def collect(party: int, parties: int) -> None:
-        _collect(party, parties, targets, directions, irradiances, walls, reach, result)
-
-    run_shared(collect, parties_for(len(targets)))
+    share_work(_collect, len(targets), targets, directions, irradiances, walls, reach, result)
     return result
 
 

@@ -7,9 +7,8 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from flatland.kernels.threads import run_shared
 from propagators.analytic.blockers import make_scratch
-from propagators.analytic.compiling import inner, parties_for, shared
+from propagators.analytic.compiling import inner, share_work, shared
 from propagators.analytic.views import add_view
 
 Vector = NDArray[np.float64]
@@ -30,11 +29,7 @@ def collect_point_light(
     positions (P, 2), series (P, K), lobes (P, 3), spectra (P, C): see `Geometry`.
     """
     result = np.zeros((len(targets), spectra.shape[1], 2 * bands - 1))
-
-    def collect(party: int, parties: int) -> None:
-        _collect(party, parties, targets, positions, series, lobes, spectra, walls, result)
-
-    run_shared(collect, parties_for(len(targets)))
+    share_work(_collect, len(targets), targets, positions, series, lobes, spectra, walls, result)
     return result
 
 

@@ -7,7 +7,6 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from flatland.kernels.threads import run_shared
 from propagators.analytic.blockers import (
     TOUCH,
     Scratch,
@@ -16,7 +15,7 @@ from propagators.analytic.blockers import (
     front_parts,
     make_scratch,
 )
-from propagators.analytic.compiling import inner, parties_for, shared
+from propagators.analytic.compiling import inner, share_work, shared
 from propagators.analytic.strings import add_beam, turn_moments
 from propagators.analytic.visibility import collect_arcs, collect_breaks
 
@@ -132,11 +131,7 @@ def collect_light(
     """
     parts, counts = front_parts(emitters, walls)
     result = np.zeros((len(targets), radiance.shape[1], 2 * bands - 1))
-
-    def collect(party: int, parties: int) -> None:
-        _collect(party, parties, targets, emitters, radiance, parts, counts, result)
-
-    run_shared(collect, parties_for(len(targets)))
+    share_work(_collect, len(targets), targets, emitters, radiance, parts, counts, result)
     return result
 
 

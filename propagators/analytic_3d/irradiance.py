@@ -8,9 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flatland.harmonics import SphericalHarmonics
-from flatland.kernels.threads import run_shared
 from flatland.sources import PointSource
-from propagators.analytic.compiling import parties_for, shared
+from propagators.analytic.compiling import share_work, shared
 from propagators.analytic_3d.cuts import ROOM, height, keep_inside
 from propagators.analytic_3d.flow import FlowTables, flow_tables
 from propagators.analytic_3d.geometry import Geometry
@@ -69,13 +68,9 @@ def polygon_irradiance(
     """Irradiance (K, C) at points from the fronts of lights with radiance (L, C), past walls."""
     result = np.zeros((len(points), radiance.shape[1]))
     tables, maps = flow_tables(1), cosine_maps(1)[:, 0] * np.sqrt(4 * np.pi)
-
-    def collect(party: int, parties: int) -> None:
-        _collect(
-            party, parties, points, normals, lights, radiance, walls, tables, maps, result
-        )  # fmt: skip
-
-    run_shared(collect, parties_for(64 * len(points)))
+    share_work(
+        _collect, 64 * len(points), points, normals, lights, radiance, walls, tables, maps, result
+    )
     return result
 
 

@@ -7,8 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from flatland.kernels.threads import run_shared
-from propagators.analytic.compiling import inner, parties_for, shared
+from propagators.analytic.compiling import inner, share_work, shared
 from propagators.analytic_3d.cuts import ROOM, height, keep_inside
 from propagators.analytic_3d.plates import TOUCH, Plates
 from propagators.analytic_3d.shadows import Work, collect_blockers, make_work, see
@@ -31,11 +30,7 @@ def projected_intensity(
     the light sends through it.
     """
     result = np.zeros((len(directions), radiance.shape[1], *shape))
-
-    def project(party: int, parties: int) -> None:
-        _project(party, parties, directions, lights, radiance, walls, result)
-
-    run_shared(project, parties_for(len(directions) * 64))
+    share_work(_project, len(directions) * 64, directions, lights, radiance, walls, result)
     return result
 
 

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flatland.kernels.threads import run_shared
-from propagators.analytic.compiling import inner, parties_for, shared
+from propagators.analytic.compiling import inner, parties_for, share_work, shared
 from propagators.analytic_3d.elements import Rasters
 from propagators.analytic_3d.lines import Hits, Lattice, find_hits, make_lattice
 from propagators.analytic_3d.plates import TOUCH
@@ -78,11 +78,9 @@ def carried_light(
     """
     result = np.zeros((len(directions), math.prod(shape), 2 * radiance.shape[1] + 1))
     cells = np.array(shape, np.int64)
-
-    def trace(party: int, parties: int) -> None:
-        _carry(party, parties, directions, shifts, density, sheets, radiance, cells, result)
-
-    run_shared(trace, parties_for(len(directions) * 64))
+    share_work(
+        _carry, len(directions) * 64, directions, shifts, density, sheets, radiance, cells, result
+    )
     return result
 
 

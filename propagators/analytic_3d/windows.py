@@ -12,9 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flatland.harmonics import SphericalHarmonics
-from flatland.kernels.threads import run_shared
 from flatland.sources import PointSource
-from propagators.analytic.compiling import inner, parties_for, shared
+from propagators.analytic.compiling import inner, share_work, shared
 from propagators.analytic_3d.cuts import ROOM, height, keep_inside
 from propagators.analytic_3d.flow import FlowTables, add_polygon, flow_tables
 from propagators.analytic_3d.geometry import Geometry
@@ -78,13 +77,9 @@ def seen_flows(
     """
     tables = flow_tables(bands)
     flows = np.zeros((len(panels.corners), tables.size))
-
-    def collect(party: int, parties: int) -> None:
-        _collect(
-            party, parties, panels.corners, panels.normals, centre, horizon, walls, tables, flows
-        )
-
-    run_shared(collect, parties_for(len(flows)))
+    share_work(
+        _collect, len(flows), panels.corners, panels.normals, centre, horizon, walls, tables, flows
+    )
     return flows
 
 
