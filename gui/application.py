@@ -74,7 +74,7 @@ def command(
     if converge:
         window.session.solve()
     if reference:
-        window.session.compute_reference()
+        window.session.reference.compute()
     if screenshot is not None:
         return _take_picture(application, window, screenshot)
     _begin(window, scene)
@@ -214,7 +214,7 @@ def settle(application: QApplication, window: Window, seconds: float = 600.0) ->
         application.processEvents()
         session = window.session
         waiting = window.worker.waiting + window.reference_worker.waiting
-        busy = waiting or session.busy or session.computing_reference
+        busy = waiting or session.busy or session.reference.computing
         calm = 0 if busy else calm + 1
         time.sleep(0.01)
     application.processEvents()

@@ -151,9 +151,9 @@ class Window(QMainWindow):
         worker.failed.connect(session.take_failure)
         worker.noticed.connect(session.noticed.emit)
         worker.told_progress.connect(session.progressed.emit)
-        reference.finished_job.connect(session.take_reference)
+        reference.finished_job.connect(session.reference.take)
         reference.failed.connect(session.take_failure)
-        session.runner, session.reference_runner = worker, reference
+        session.runner, session.reference.runner = worker, reference
 
     def _make_controls(self) -> None:
         self.timeline = TimeLine(self.session, self.actions_by_name)

@@ -60,8 +60,8 @@ class RunCommands(Commands):
             self.window.views.repaint_views()
         elif self.session.busy:
             self.session.cancel()
-        elif self.session.computing_reference:
-            self.session.stop_reference()
+        elif self.session.reference.computing:
+            self.session.reference.stop()
         elif self.session.selection.items:
             self.session.selection.set(())
         else:
@@ -113,7 +113,7 @@ class RunCommands(Commands):
     def reference(self) -> None:
         if self.session.exact is not None:
             self.say("the exact answer is there; views and overlay show it")
-        self.session.compute_reference()
+        self.session.reference.compute()
 
     def keep(self) -> None:
         kept = self.session.keep_run()

@@ -23,7 +23,7 @@ class ViewCommands(Commands):
     def view(self, name: str) -> None:
         self.session.display.toggle("views", name)
         if name in ("reference", "difference") and name in self.session.display.look.views:
-            self.session.compute_reference()
+            self.session.reference.compute()
 
     def one_view(self, name: str = "accumulated") -> None:
         """One view alone; once more: those that were on show before."""

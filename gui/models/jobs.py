@@ -42,3 +42,14 @@ class Job:
     choice: Choice
     stamp: int = 0
     arguments: Mapping[str, Any] = field(default_factory=dict)
+
+
+class Runner(Protocol):
+    """Who does jobs, elsewhere, and calls the session back on its own thread."""
+
+    def submit(self, job: Job) -> None: ...
+
+    def cancel(self) -> None: ...
+
+    @property
+    def waiting(self) -> int: ...

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import shlex
-from collections.abc import Callable
-from dataclasses import dataclass, replace
-from typing import Any, Protocol
+from dataclasses import replace
+from typing import Any
 
 from flatland.field import Field
 from flatland.grid import Grid
@@ -15,38 +13,18 @@ from gui.models.display import Display, Look
 from gui.models.document import SceneDocument
 from gui.models.events import Event
 from gui.models.frame import Frame
-from gui.models.jobs import Job
-from gui.models.levels import coarsened, ratio_of
+from gui.models.jobs import Job, Runner
+from gui.models.kept import KeptRun
+from gui.models.levels import ratio_of
 from gui.models.plane import Plane
+from gui.models.reference import Reference
+from gui.models.script import command_line
 from gui.models.selection import Selection
 from gui.models.tools import Brush, Tool
 from gui.models.track import Row, Track
 
 #: Steps that may wait while the worker is busy; further key presses are dropped.
 MOST_WAITING = 3
-
-
-class Runner(Protocol):
-    """Who does jobs, elsewhere, and calls the session back on its own thread."""
-
-    def submit(self, job: Job) -> None: ...
-
-    def cancel(self) -> None: ...
-
-    @property
-    def waiting(self) -> int: ...
-
-
-@dataclass(frozen=True, eq=False)
-class KeptRun:
-    """A run that is kept to compare with: drawn over the cells and in the curves."""
-
-    label: str
-    scheme: str
-    field: Field
-    track: Track
-    scene: Scene
-    visible: bool = True
 
 
 class Session:
@@ -66,21 +44,16 @@ class Session:
         self.frame: Frame | None = None
         self.track = Track(self.choice.label)
         self.runs: list[KeptRun] = []
-        self.exact: Field | None = None
+        self.reference = Reference(self)
         self.stamp = 0
         self.busy = ""
-        self.computing_reference = False
-        self.wants_reference = False
         #: Whether the run in hand goes on until paused.
         self.runs_freely = False
         self.runner: Runner | None = None
-        self.reference_runner: Runner | None = None
         self.framed, self.busy_changed, self.method_changed = Event(), Event(), Event()
         self.tracked, self.references_changed, self.runs_changed = Event(), Event(), Event()
         self.tool_changed, self.noticed, self.failed = Event(), Event(), Event()
         self.progressed = Event()
-        self._made: dict[str, tuple[Any, Field, Field | None]] = {}
-        self._exact_key: tuple[Any, ...] | None = None
         self._scene = self.document.scene
         self.document.changed.connect(self._scene_changed)
 
@@ -96,15 +69,19 @@ class Session:
         return Plane.of(self.scene.grid, look.normal, look.layer)
 
     @property
+    def exact(self) -> Field | None:
+        return self.reference.field
+
+    @property
     def iteration(self) -> int:
         return self.frame.iteration if self.frame else 0
 
     def field(self, view: str) -> Field | None:
         """What a view shows; None as long as there is nothing."""
         if view == "reference":
-            return self._exact_there()
+            return self.reference.on(self.level)
         if view == "difference":
-            return self._difference()
+            return self.reference.difference(self.field("accumulated"), self.level)
         if self.frame is None:
             return None
         fields = self.frame.fields if self.level is None else self.frame.levels[self.level]
@@ -116,32 +93,6 @@ class Session:
         level = self.display.look.level
         count = len(self.frame.levels) if self.frame else 0
         return level if level is not None and level < count else None
-
-    def _exact_there(self) -> Field | None:
-        """The exact field on the level on show."""
-        if self.exact is None or not self.level:
-            return self.exact
-        return self._derived(("exact", self.level), lambda e: coarsened(e, self.level or 0))
-
-    def _difference(self) -> Field | None:
-        field, exact = self.field("accumulated"), self._exact_there()
-        if field is None or exact is None or field.values.shape != exact.values.shape:
-            return None
-        key = ("difference", id(field))
-        return self._derived(
-            key, lambda _: Field(field.grid, field.basis, field.values - exact.values), field
-        )
-
-    def _derived(
-        self, key: tuple[Any, ...], make: Callable[[Field], Field], keep: Field | None = None
-    ) -> Field:
-        """A field made from others, kept as long as these are on show."""
-        assert self.exact is not None
-        known = self._made.get(key[0])
-        if known is None or known[0] != (key, id(self.exact)):
-            known = (key, id(self.exact)), make(self.exact), keep
-            self._made[key[0]] = known
-        return known[1]
 
     def overlays(self) -> list[KeptRun]:
         """Kept runs that fit into the cells on show."""
@@ -188,18 +139,11 @@ class Session:
             self.runner.cancel()
         self.frame = None
         self.track = Track(self.choice.label)
-        if self._exact_key != self._reference_key():
-            self.exact, self._exact_key = None, None
-            if self.computing_reference and self.reference_runner is not None:
-                self.reference_runner.cancel()
-            self.references_changed.emit()
+        self.reference.drop_outdated()
         self.framed.emit()
         self.tracked.emit()
         self.begin()
-        if self.exact is not None:
-            self._send_exact()
-        elif self.wants_reference:
-            self.compute_reference()
+        self.reference.renew()
 
     # -- wishes ---------------------------------------------------------------------------------
 
@@ -270,23 +214,6 @@ class Session:
         if self.runner is not None:
             self.runner.cancel()
 
-    def compute_reference(self) -> None:
-        """The exact field at the bands of the method, computed beside the run."""
-        self.wants_reference = True
-        if self.reference_runner is None or self._exact_key == self._reference_key():
-            return
-        if not self.computing_reference:
-            self.computing_reference = True
-            job = Job("reference", self.scene, self.choice, self.stamp)
-            self.reference_runner.submit(job)
-            self.references_changed.emit()
-
-    def stop_reference(self) -> None:
-        """No exact answer after all."""
-        self.wants_reference = False
-        if self.reference_runner is not None:
-            self.reference_runner.cancel()
-
     def keep_run(self) -> KeptRun | None:
         """Keep what is on show, to compare the next with."""
         if self.frame is None:
@@ -326,31 +253,9 @@ class Session:
             self.busy = kind
             self.busy_changed.emit()
 
-    def take_reference(self, job: Job, exact: Field | None) -> None:
-        """The exact field of a job's scene; None if it was cancelled or cannot be had."""
-        self.computing_reference = False
-        fits = self._key_of(job) == self._reference_key()
-        if exact is not None and fits:
-            self.exact, self._exact_key = exact, self._key_of(job)
-            self._send_exact()
-        self.references_changed.emit()
-        if not fits and self.wants_reference:
-            self.compute_reference()
-
     def take_failure(self, stamp: int, title: str, text: str, details: str) -> None:
         if stamp == self.stamp or not stamp:
             self.failed.emit(title, text, details)
-
-    def _send_exact(self) -> None:
-        if self.choice.steps and self.exact is not None:
-            self.submit("measure", exact=self.exact)
-
-    def _reference_key(self) -> tuple[Any, ...]:
-        return (self.scene, self.choice.bands, self.choice.bounces)
-
-    @staticmethod
-    def _key_of(job: Job) -> tuple[Any, ...]:
-        return (job.scene, job.choice.bands, job.choice.bounces)
 
     # -- the same from a script -----------------------------------------------------------------
 
@@ -358,18 +263,3 @@ class Session:
         """The command that gives the numbers on show; the scene's text goes before it if no file
         has it."""
         return command_line(self.document, self.choice, self.frame)
-
-
-def command_line(document: SceneDocument, choice: Choice, frame: Frame | None) -> str:
-    """`flatland run ...` for a scene, a method and where its run stands."""
-    name = document.command_name
-    words = ["flatland", "run", name or "scene.toml", *choice.arguments()]
-    if choice.steps:
-        if frame is not None and frame.converged is not None:
-            words += ["--converge", f"{frame.converged.tolerance:g}"]
-        else:
-            words += ["--iterations", str(frame.iteration if frame else 0)]
-    line = shlex.join(words)
-    if name is not None:
-        return line
-    return f"cat > scene.toml <<'SCENE'\n{document.text.rstrip()}\nSCENE\n{line}"

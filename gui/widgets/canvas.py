@@ -108,7 +108,7 @@ class Canvas(QWidget):
         """Why there is nothing to see."""
         session = self.session
         if self.view in ("reference", "difference"):
-            waiting = session.computing_reference
+            waiting = session.reference.computing
             return "computing the exact answer …" if waiting else "no exact answer yet: press X"
         if session.busy:
             return "working …"

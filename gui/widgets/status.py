@@ -68,7 +68,7 @@ class Status(QStatusBar):
             self.unstable.setText(f"unstable from iteration {frame.unstable_at}")
 
     def _busy(self) -> None:
-        if self.session.busy or self.session.computing_reference:
+        if self.session.busy or self.session.reference.computing:
             if not self.progress.isVisible() and not self._slow.isActive():
                 self._slow.start()
         else:
@@ -76,7 +76,7 @@ class Status(QStatusBar):
             self.progress.hide()
 
     def _show_progress(self) -> None:
-        if self.session.busy or self.session.computing_reference:
+        if self.session.busy or self.session.reference.computing:
             self.progress.setRange(0, 0)
             self.progress.setToolTip(f"{self.session.busy or 'exact answer'}; Esc stops it")
             self.progress.show()

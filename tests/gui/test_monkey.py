@@ -158,7 +158,7 @@ def let_loose(make, qtbot, answers, tmp_path, seed, count):
         assert not faults, (monkey.log[-5:], faults)
     window.mouse.drop()
     window.session.cancel()
-    window.session.stop_reference()
+    window.session.reference.stop()
     settle(window, 120)
     assert window.isVisible()
     document = window.session.document

@@ -253,10 +253,10 @@ def test_twenty_thousand_updates_do_no_harm(make):
 def test_an_exact_answer_that_was_stopped_can_be_asked_for_again(make):
     window = make("shelf")
     for _ in range(3):
-        window.session.compute_reference()
-        window.session.stop_reference()
+        window.session.reference.compute()
+        window.session.reference.stop()
     settle(window)
-    assert not window.session.computing_reference
+    assert not window.session.reference.computing
     assert window.session.exact is None
     do(window, "reference")
     assert window.session.exact is not None
@@ -266,7 +266,7 @@ def test_closing_does_not_wait_for_the_exact_answer(make):
     import time
 
     window = make("cornell-2d")
-    window.session.compute_reference()
+    window.session.reference.compute()
     wait_until(lambda: window.reference_worker.waiting > 0)
     begin = time.monotonic()
     window.close()
