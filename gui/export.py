@@ -31,6 +31,7 @@ from gui.models.measures import ERRORS
 from gui.models.storage import store_bytes
 from gui.models.track import ENERGY, Row, Track
 from gui.widgets.geometry import Frame2D
+from gui.widgets.view_area import view_title
 
 if TYPE_CHECKING:
     from gui.window import Window
@@ -127,15 +128,11 @@ class _Layout:
         font = QFont(painter.font())
         font.setPixelSize(12)
         painter.setFont(font)
-        from gui.window import view_title
-
         for index, view in enumerate(self.views):
             left = _GAP + index * (self.side[0] + _GAP)
             painter.setPen(QColor(palette.ink))
             box = QRectF(left, 0, self.side[0], _TITLE)
-            painter.drawText(
-                box, Qt.AlignmentFlag.AlignCenter, view_title(view, session.frame, session)
-            )
+            painter.drawText(box, Qt.AlignmentFlag.AlignCenter, view_title(view, session))
             painter.save()
             painter.translate(QPoint(0, 0))
             painter.setClipRect(QRectF(left - 3, _TITLE - 3, self.side[0] + 6, self.side[1] + 6))

@@ -10,19 +10,16 @@ from PySide6.QtGui import QMouseEvent
 
 from flatland.errors import InputError
 from gui.models import edits
+from gui.models.picking import item_near, items_along, items_within, tables_named
 from gui.models.session import Session
 from gui.models.shapes import (
     Handle,
     Place,
     Table,
-    distance_to,
     drag_handle,
     handles_of,
-    outline_of,
-    touches,
     transformed,
 )
-from gui.models.toml_text import tables_of
 from gui.models.tools import Point, Tool, constrained, snapped, stroke_tables
 from gui.undo import Editor
 
@@ -31,8 +28,6 @@ if TYPE_CHECKING:
 
 #: How near the mouse must be to an item or a handle [logical pixels].
 REACH = 7.0
-#: Places at most that a stroke of the eraser is looked at between two events.
-_FINEST = 500
 _CURSORS = {
     Tool.INJECT: Qt.CursorShape.CrossCursor,
     Tool.OCCLUDE: Qt.CursorShape.CrossCursor,
@@ -130,15 +125,15 @@ class Mouse:
         if self._doing == "draw":
             return [(self._name, table) for table in self._drawn(self._name)]
         if self._doing == "handle" and self._handle is not None:
-            (name, index), handle = self._handle
-            table = self._tables(name)[index]
+            place, handle = self._handle
+            name, table = place[0], self._table(place)
             return [(name, {**table, **self._dragged(name, table, handle)})]
         if self._doing == "items":
             shift = self._shift()
             return [
                 (name, {**table, **self._moved(name, table, shift)})
                 for name, index in self.session.selection.items
-                for table in self._tables(name)[index : index + 1]
+                for table in tables_named(self.session, name)[index : index + 1]
             ]
         return []
 
@@ -177,8 +172,7 @@ class Mouse:
     def _end_rectangle(self, canvas: Canvas, event: QMouseEvent) -> None:
         ends = np.array([self._path[0], self._path[-1]])
         low, high = ends.min(axis=0), ends.max(axis=0)
-        grid, plane = self.session.scene.grid, self.session.plane
-        reach = 3 / canvas.frame.zoom * grid.spacing
+        reach = 3 / canvas.frame.zoom * self.session.scene.grid.spacing
         if np.all(high - low < reach):
             at = event.position()
             cell = canvas.frame.cell_at(at.x(), at.y())
@@ -186,11 +180,7 @@ class Mouse:
             pinned = self.session.selection.pinned
             self.session.selection.pin(None if cell == pinned else cell)
             return
-        found = [
-            place
-            for place, table in self._items()
-            if touches(outline_of(place[0], table, grid, plane), low, high)
-        ]
+        found = items_within(self.session, low, high)
         more = event.modifiers() & Qt.KeyboardModifier.ShiftModifier
         self.session.selection.set([*self.session.selection.items, *found] if more else found)
 
@@ -210,7 +200,7 @@ class Mouse:
         if self._handle is None or len(set(self._path)) < 2:
             return
         place, handle = self._handle
-        changes = self._dragged(place[0], self._tables(place[0])[place[1]], handle)
+        changes = self._dragged(place[0], self._table(place), handle)
         text = edits.change(self.session.document.text, place, changes)
         self.editor.edit_text(f"Drag {handle.key}", text)
 
@@ -235,7 +225,7 @@ class Mouse:
         place = self._item_at(canvas, event)
         if place is None:
             return
-        table = self._tables(place[0])[place[1]]
+        table = self._table(place)
         self.session.brush.take(place[0], table)
         self.session.selection.set([place])
         self.session.noticed.emit(f"drawing {table['kind']} {place[0]}s like this one now")
@@ -244,16 +234,8 @@ class Mouse:
     def _erase(self, canvas: Canvas, event: QMouseEvent) -> None:
         """Mark what lies between the last place and this one."""
         place = self._place(canvas, event)
-        frame = canvas.frame
-        reach = REACH / frame.zoom * frame.ratio * frame.grid.spacing
-        start = np.array(self._path[-1])
-        count = 1 + int(min(np.hypot(*(np.array(place) - start)) / reach, _FINEST))
-        for share in np.linspace(0, 1, count + 1):
-            at = start + share * (np.array(place) - start)
-            for found, table in self._items():
-                outline = outline_of(found[0], table, frame.grid, frame.plane)
-                if found not in self._erased and distance_to(outline, at) <= reach:
-                    self._erased.append(found)
+        found = items_along(self.session, self._path[-1], place, self._reach(canvas))
+        self._erased = list(dict.fromkeys([*self._erased, *found]))
         self.session.selection.set(self._erased)
 
     # -- finding --------------------------------------------------------------------------------
@@ -271,44 +253,33 @@ class Mouse:
     def _fixed(self) -> Point:
         """The end of a line that stays where it is."""
         if self._doing == "handle" and self._handle is not None:
-            (name, index), handle = self._handle
-            table = self._tables(name)[index]
+            place, handle = self._handle
+            table = self._table(place)
             other = {"start": "end", "end": "start"}.get(handle.key)
             if other in table:
                 x, y = self.session.plane.project(np.array(table[other], float))
                 return float(x), float(y)
         return self._path[0]
 
-    def _tables(self, name: str) -> list[Table]:
-        found: list[Table] = tables_of(self.session.document.text).get(name, [])
-        return found
+    def _table(self, place: Place) -> Table:
+        name, index = place
+        return tables_named(self.session, name)[index]
 
-    def _items(self) -> list[tuple[Place, Table]]:
-        layers = self.session.display.look.layers
-        return [
-            ((name, i), table)
-            for name in ("light", "occluder")
-            if f"{name}s" in layers
-            for i, table in enumerate(self._tables(name))
-        ]
+    @staticmethod
+    def _reach(canvas: Canvas) -> float:
+        """REACH in the plane [m]."""
+        frame = canvas.frame
+        return REACH / frame.zoom * frame.ratio * frame.grid.spacing
 
     def _item_at(self, canvas: Canvas, event: QMouseEvent) -> Place | None:
-        """The nearest item within reach; lines and points before areas."""
-        at, frame = event.position(), canvas.frame
-        point = frame.world_at(at.x(), at.y())
-        reach = REACH / frame.zoom * frame.ratio * frame.grid.spacing
-        found = []
-        for place, table in self._items():
-            outline = outline_of(place[0], table, frame.grid, frame.plane)
-            distance = distance_to(outline, point)
-            if distance <= reach:
-                found.append((outline.closed, distance, place))
-        return min(found)[2] if found else None
+        at = event.position()
+        point = canvas.frame.world_at(at.x(), at.y())
+        return item_near(self.session, point, self._reach(canvas))
 
     def _handle_at(self, canvas: Canvas, event: QMouseEvent) -> tuple[Place, Handle] | None:
         at, frame = event.position(), canvas.frame
         for place in self.session.selection.items:
-            tables = self._tables(place[0])
+            tables = tables_named(self.session, place[0])
             if place[1] >= len(tables):
                 continue
             for handle in handles_of(place[0], tables[place[1]], frame.grid, frame.plane):

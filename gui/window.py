@@ -2,21 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from pathlib import Path
 
 from PySide6.QtCore import QByteArray, Qt
 from PySide6.QtGui import (
-    QAction,
     QCloseEvent,
     QDragEnterEvent,
     QDropEvent,
-    QKeySequence,
     QShowEvent,
 )
 from PySide6.QtWidgets import (
     QApplication,
-    QDockWidget,
     QMainWindow,
     QMenu,
     QToolBar,
@@ -24,11 +20,11 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from gui.actions import COMMANDS, MENUS, Command
 from gui.autosave import AutoSave
 from gui.controllers import Controller
-from gui.icons import icon
+from gui.docks import make_docks
 from gui.keys import Keys
+from gui.menus import make_actions, make_add_menus, make_menus
 from gui.models.camera import Camera
 from gui.models.engine import Engine
 from gui.models.exact import ExactSolver
@@ -76,12 +72,12 @@ class Window(QMainWindow):
         self.mouse = Mouse(self.session, self.editor)
         self.views = ViewArea(self.session, self.camera, self.painter, self.mouse)
         self.controller = Controller(self)
-        self.actions_by_name: dict[str, QAction] = {}
         self.recent_menu = QMenu("Open recent", self)
         self.recovery = AutoSave(self, state_folder)
         self.keys = Keys(self, self.views)
-        self._make_actions()
-        self._make_menus()
+        self.actions_by_name = make_actions(self)
+        self.menus = make_menus(self)
+        self.add_menus = make_add_menus(self)
         self._make_workers()
         self._make_controls()
         self._make_docks()
@@ -93,53 +89,6 @@ class Window(QMainWindow):
         self.refresh_title()
 
     # -- construction ---------------------------------------------------------------------------
-
-    def _make_actions(self) -> None:
-        for command in COMMANDS:
-            action = QAction(command.text, self)
-            action.setShortcuts([QKeySequence(keys) for keys in command.keys])
-            action.setCheckable(command.checkable)
-            keys = QKeySequence(command.keys[0]).toString() if command.keys else ""
-            tip = command.tip or command.text
-            action.setToolTip(f"{tip} ({keys})" if keys else tip)
-            action.setStatusTip(tip)
-            if command.name in ("run", "step", "back", "first", "last"):
-                action.setIcon(icon(command.name))
-                action.setIconVisibleInMenu(False)
-            action.triggered.connect(self._call(command))
-            self.addAction(action)
-            name = f"{command.name}:{command.argument}" if command.argument else command.name
-            self.actions_by_name[name] = action
-
-    def _call(self, command: Command) -> Callable[[], None]:
-        method = getattr(self.controller, command.name)
-
-        def call() -> None:
-            method(command.argument) if command.argument else method()
-            self.refresh_actions()
-
-        return call
-
-    def _make_menus(self) -> None:
-        self.menus = {name: self.menuBar().addMenu(f"&{name}") for name in MENUS}
-        separated = {"save", "export_view", "copy_picture", "quit", "cut", "rotate_left"}
-        separated |= {"nudge_left", "clear_lights", "edit_text_dialog", "first", "inject", "faster"}
-        separated |= {"reference", "one_view", "scale_kind", "layer:grid", "slice_axis", "theme"}
-        for command in COMMANDS:
-            name = f"{command.name}:{command.argument}" if command.argument else command.name
-            menu = self.menus[command.menu]
-            if name in separated:
-                menu.addSeparator()
-            menu.addAction(self.actions_by_name[name])
-            if name == "gallery":
-                menu.addMenu(self.recent_menu)
-        self.add_menus = {name: QMenu(f"Add {name}", self) for name in ("light", "occluder")}
-        before = self.actions_by_name["clear_lights"]
-        for menu in self.add_menus.values():
-            self.menus["Edit"].insertMenu(before, menu)
-        self.recent_menu.aboutToShow.connect(self.controller.fill_recent)
-        for name, menu in self.add_menus.items():
-            menu.aboutToShow.connect(lambda name=name: self.controller.fill_add(name))
 
     def _make_workers(self) -> None:
         self.engine = Engine()
@@ -187,27 +136,7 @@ class Window(QMainWindow):
         self.items_panel = ItemsPanel(self.session, self.editor, self.add_menus)
         self.curves = CurvesPanel(self.session, self.stage)
         self.runs_panel = RunsPanel(self.session, self.stage)
-        self.docks: dict[str, QDockWidget] = {}
-        right, bottom = Qt.DockWidgetArea.RightDockWidgetArea, Qt.DockWidgetArea.LeftDockWidgetArea
-        for title, widget, area in (
-            ("Method", self.method_panel, bottom),
-            ("Scene", self.items_panel, bottom),
-            ("Cell", self.inspector, right),
-            ("Energy and errors", self.curves, right),
-            ("Kept runs", self.runs_panel, right),
-        ):
-            dock = QDockWidget(title, self)
-            dock.setObjectName(title)
-            dock.setWidget(widget)
-            self.addDockWidget(area, dock)
-            self.docks[title] = dock
-        self.tabifyDockWidget(self.docks["Energy and errors"], self.docks["Kept runs"])
-        self.tabifyDockWidget(self.docks["Method"], self.docks["Scene"])
-        for name in ("Energy and errors", "Method"):
-            self.docks[name].raise_()
-        menu = self.menus["View"].addMenu("Docks")
-        for dock in self.docks.values():
-            menu.addAction(dock.toggleViewAction())
+        self.docks = make_docks(self)
         sides = [self.docks["Method"], self.docks["Cell"]]
         self.resize(1360, 860)
         self.resizeDocks(sides, [290, 270], Qt.Orientation.Horizontal)
@@ -233,14 +162,14 @@ class Window(QMainWindow):
     def _show_frame(self) -> None:
         self.views.repaint_views()
         self.scale_bar.refresh()
-        self._refresh_titles()
+        self.views.refresh_titles()
 
     def _show_display(self) -> None:
         self.views.arrange()
         self.slice_bar.refresh()
         self.scale_bar.refresh()
         self.inspector.refresh()
-        self._refresh_titles()
+        self.views.refresh_titles()
         self.refresh_actions()
 
     def _show_scene(self) -> None:
@@ -249,7 +178,7 @@ class Window(QMainWindow):
         self.refresh_actions()
 
     def _show_method(self) -> None:
-        self._refresh_titles()
+        self.views.refresh_titles()
         self.refresh_actions()
 
     def _show_selection(self) -> None:
@@ -258,11 +187,6 @@ class Window(QMainWindow):
         if self.session.selection.items and dock in self.tabifiedDockWidgets(self.docks["Method"]):
             dock.raise_()
         self.refresh_actions()
-
-    def _refresh_titles(self) -> None:
-        frame = self.session.frame
-        for view in self.session.display.look.views:
-            self.views.set_title(view, view_title(view, frame, self.session))
 
     def refresh_title(self) -> None:
         document = self.session.document
@@ -325,17 +249,3 @@ class Window(QMainWindow):
             if url.isLocalFile():
                 self.controller.open_scene(Path(url.toLocalFile()))
                 break
-
-
-def view_title(view: str, frame: object, session: Session) -> str:
-    """What stands over a view."""
-    name = view.capitalize()
-    if view in ("reference", "difference"):
-        return "Exact" if view == "reference" else "Accumulated − exact"
-    if session.frame is None:
-        return name
-    if session.frame.converged is not None:
-        return f"{name}, converged" if view == "accumulated" else f"{name}: nothing moves any more"
-    if not session.choice.steps:
-        return f"{name}, {session.choice.propagator}"
-    return f"{name}, iteration {session.frame.iteration}"

@@ -68,9 +68,11 @@ class ViewArea(QWidget):
                     return True
         return super().eventFilter(watched, event)
 
-    def set_title(self, view: str, text: str) -> None:
-        if self._titles[view].text() != text:
-            self._titles[view].setText(text)
+    def refresh_titles(self) -> None:
+        for view in self.session.display.look.views:
+            text = view_title(view, self.session)
+            if self._titles[view].text() != text:
+                self._titles[view].setText(text)
 
     def arrange(self) -> None:
         """Put the shown views where they are largest."""
@@ -121,3 +123,17 @@ class ViewArea(QWidget):
     def repaint_views(self) -> None:
         for view in self.session.display.look.views:
             self.canvases[view].update()
+
+
+def view_title(view: str, session: Session) -> str:
+    """What stands over a view."""
+    name = view.capitalize()
+    if view in ("reference", "difference"):
+        return "Exact" if view == "reference" else "Accumulated − exact"
+    if session.frame is None:
+        return name
+    if session.frame.converged is not None:
+        return f"{name}, converged" if view == "accumulated" else f"{name}: nothing moves any more"
+    if not session.choice.steps:
+        return f"{name}, {session.choice.propagator}"
+    return f"{name}, iteration {session.frame.iteration}"
