@@ -9,16 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from propagators.analytic.compiling import inlined, shared
-from propagators.beam.strips import (
-    Surfaces,
-    View,
-    along,
-    element_at,
-    find_strips,
-    make_view,
-    turn,
-)
+from propagators.beam.strips import Surfaces, View, along, element_at, make_view, turn
 from propagators.beam.tracing import trace
+from propagators.beam.walking import find_beams, make_beams, set_amount
 
 Vector = NDArray[np.float64]
 Counts = NDArray[np.int64]
@@ -53,34 +46,20 @@ def carry(
     harmonics: (2, K, size), of the ordinates and of their opposites, times the weight [rad].
     radiance: (E, 2, C) of left and right side. order: see `make_view`.
     """
-    view = make_view(surfaces, order)
+    view, beams = make_view(surfaces, order), make_beams(surfaces)
     amount = np.empty(max(tally.dx.shape[2] - 1, 0))
-    outside = surfaces.pieces.shape[0]
     for k in range(directions.shape[0]):
         wx, wy = directions[k, 0], directions[k, 1]
         turn(wx, wy, surfaces, view)
-        for strip in range(find_strips(surfaces, view)):
-            for way in range(2):
-                sender, receiver = view.pairs[strip, way], view.pairs[strip, 1 - way]
-                if not view.sends[way, sender]:
-                    continue
-                side = view.ahead[sender] if way == 0 else 1 - view.ahead[sender]
-                facing = outside
-                if receiver != outside:
-                    facing = 1 - view.ahead[receiver] if way == 0 else view.ahead[receiver]
-                low, stop = view.across[strip, 0], view.across[strip, 1]
-                while low < stop:
-                    e, high = element_at(sender, low, surfaces, view)
-                    high = min(high, stop)
-                    sent = radiance[e, side]
-                    _book(sent, receiver, facing, low, high, weight, surfaces, view, tally)
-                    if amount.size > 0:
-                        _set_amount(sent, harmonics[way, k], amount)
-                        sign = 1.0 - 2.0 * way
-                        _trace(
-                            sign, wx, wy, sender, receiver, low, high, amount, surfaces, view, tally
-                        )
-                    low = high
+        for n in range(find_beams(surfaces, view, beams)):
+            way, (sender, receiver) = beams.ways[n], (beams.pieces[n, 0], beams.pieces[n, 1])
+            low, high = beams.across[n, 0], beams.across[n, 1]
+            sent = radiance[beams.elements[n], beams.sides[n, 0]]
+            _book(sent, receiver, beams.sides[n, 1], low, high, weight, surfaces, view, tally)
+            if amount.size > 0:
+                set_amount(sent, harmonics[way, k], amount)
+                sign = 1.0 - 2.0 * way
+                _trace(sign, wx, wy, sender, receiver, low, high, amount, surfaces, view, tally)
 
 
 @inlined
@@ -109,13 +88,6 @@ def _book(
         for colour in range(sent.size):
             tally.arrived[e, facing, colour] += sent[colour] * (high - low) * weight
         low = high
-
-
-@inlined
-def _set_amount(sent: Vector, harmonics: Vector, amount: Vector) -> None:
-    for colour in range(sent.size):
-        for k in range(harmonics.size):
-            amount[colour * harmonics.size + k] = sent[colour] * harmonics[k]
 
 
 @inlined

@@ -14,8 +14,9 @@ from numpy.typing import NDArray
 
 from propagators.analytic.beams import EDGE_ON
 from propagators.analytic.compiling import inner, shared
-from propagators.beam.strips import Surfaces, View, along, element_at, find_strips, make_view, turn
+from propagators.beam.strips import Surfaces, View, along, element_at, make_view, turn
 from propagators.beam.tracing import SLIVER
+from propagators.beam.walking import find_beams, make_beams, set_amount
 
 Vector = NDArray[np.float64]
 Counts = NDArray[np.int64]
@@ -67,37 +68,22 @@ def carry_faded(
 
     harmonics: (2, K, size), times the weight [rad].
     """
-    view = make_view(surfaces, order)
-    outside, colours = surfaces.pieces.shape[0], radiance.shape[2]
-    size = harmonics.shape[2]
-    amount, flux = np.empty(colours * size), np.empty(colours)
+    view, beams = make_view(surfaces, order), make_beams(surfaces)
+    colours = radiance.shape[2]
+    amount, flux = np.empty(colours * harmonics.shape[2]), np.empty(colours)
     for k in range(directions.shape[0]):
         wx, wy = directions[k, 0], directions[k, 1]
         turn(wx, wy, surfaces, view)
-        for strip in range(find_strips(surfaces, view)):
-            for way in range(2):
-                sender, receiver = view.pairs[strip, way], view.pairs[strip, 1 - way]
-                if not view.sends[way, sender]:
-                    continue
-                side = view.ahead[sender] if way == 0 else 1 - view.ahead[sender]
-                facing = outside
-                if receiver != outside:
-                    facing = 1 - view.ahead[receiver] if way == 0 else view.ahead[receiver]
-                low, stop = view.across[strip, 0], view.across[strip, 1]
-                while low < stop:
-                    e, high = element_at(sender, low, surfaces, view)
-                    high = min(high, stop)
-                    for colour in range(colours):
-                        flux[colour] = weight * radiance[e, side, colour]
-                        for m in range(size):
-                            amount[colour * size + m] = (
-                                radiance[e, side, colour] * harmonics[way, k, m]
-                            )
-                    _send(
-                        1.0 - 2.0 * way, wx, wy, sender, receiver, facing, low, high, extinction,
-                        amount, flux, surfaces, view, tally,
-                    )  # fmt: skip
-                    low = high
+        for n in range(find_beams(surfaces, view, beams)):
+            sent = radiance[beams.elements[n], beams.sides[n, 0]]
+            for colour in range(colours):
+                flux[colour] = weight * sent[colour]
+            set_amount(sent, harmonics[beams.ways[n], k], amount)
+            _send(
+                1.0 - 2.0 * beams.ways[n], wx, wy, beams.pieces[n, 0], beams.pieces[n, 1],
+                beams.sides[n, 1], beams.across[n, 0], beams.across[n, 1], extinction, amount, flux,
+                surfaces, view, tally,
+            )  # fmt: skip
 
 
 @inner
