@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flatland.harmonics import CircularHarmonics
-from propagators.maps.marching import Fan
+from propagators.maps.rays import Fan
 
 Array = NDArray[np.float64]
 

@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 from flatland.harmonics import CircularHarmonics
 from flatland.kernels.threads import run_shared, thread_count
 from propagators.maps.fans import make_fan
-from propagators.maps.marching import Fan, Sources, Tally, march
+from propagators.maps.marching import march
+from propagators.maps.rays import Fan, Sources, Tally
 from propagators.transport.cell_items import CellItems, items_in_cells
 from propagators.transport.problem import DirectProblem
 

@@ -12,7 +12,7 @@ from flatland.errors import SchemeWarning
 from flatland.medium_step import WORST_SPREAD
 from flatland.scene import Scene
 from propagators.maps.flight import Maps
-from propagators.maps.marching import Tally
+from propagators.maps.rays import Tally
 from propagators.transport.settling import settled
 
 Array = NDArray[np.float64]
