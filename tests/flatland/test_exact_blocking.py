@@ -1,42 +1,15 @@
-"""Exact blocking: shares of beams, tight walls, symmetry."""
+"""Exact blocking: shares of beams, symmetry."""
 
 import numpy as np
 import pytest
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
+from links import ALL, AXIAL, GRID, random_walls, transmittance, walls
+from space import moved
 
 from flatland.blocking import exact_transmittance
 from flatland.errors import InputError
 from flatland.grid import Grid
-from flatland.sources import Segment
 
-AXIAL = np.array([(1, 0), (0, 1), (-1, 0), (0, -1)])
-ALL = np.array([(1, 0), (1, 1), (0, 1), (-1, 1), (-1, 0), (-1, -1), (0, -1), (1, -1)])
 EAST, NORTH_EAST, NORTH, NORTH_WEST, WEST, SOUTH_WEST, SOUTH, SOUTH_EAST = range(8)
-GRID = Grid((6, 5))
-
-
-def walls(*ends):
-    """Segments from (x0, y0, x1, y1)."""
-    return [Segment(np.array(e[:2], float), np.array(e[2:], float), np.zeros(1)) for e in ends]
-
-
-def transmittance(*ends, grid=GRID, offsets=ALL):
-    tau = exact_transmittance(grid, walls(*ends), offsets)
-    return np.ones((len(offsets), *grid.shape)) if tau is None else tau
-
-
-def random_walls(seed, count, shape=GRID.shape, most=3.0):
-    """Walls in general position, also across the grid's border."""
-    generator = np.random.default_rng(seed)
-    middle = generator.random((count, 2)) * shape
-    half = generator.normal(size=(count, 2)) * most / 4
-    return np.concatenate([middle - half, middle + half], axis=1)
-
-
-def closed(vertices):
-    """Walls (S, 4) around a polygon (S, 2)."""
-    return np.concatenate([vertices, np.roll(vertices, -1, axis=0)], axis=1)
 
 
 # -- what is cut ----------------------------------------------------------------------------------
@@ -188,11 +161,6 @@ def test_shares_equal_those_of_many_parallel_rays(seed, count):
 # -- symmetry -------------------------------------------------------------------------------------
 
 
-def moved(tau, step):
-    """tau(x + step) for those x for which x and x + step lie in the grid."""
-    return tau[tuple(slice(max(0, s), n + min(0, s)) for s, n in zip(step, tau.shape))]
-
-
 @pytest.mark.parametrize("seed", range(3))
 def test_both_ways_through_a_link_are_alike(seed):
     tau = transmittance(*random_walls(seed, 12))
@@ -253,77 +221,6 @@ def test_every_offset_is_on_its_own():
     np.testing.assert_array_equal(
         transmittance(*ends, offsets=ALL[[5, 2]]), transmittance(*ends)[[5, 2]]
     )
-
-
-# -- closed walls are tight -----------------------------------------------------------------------
-
-
-def is_inside(points, ends):
-    """Even-odd rule: whether a ray to +x from each point (N, 2) crosses the outline oddly."""
-    x, y = points[:, :1], points[:, 1:]
-    x0, y0, x1, y1 = ends.T
-    rises = (y0 > y) != (y1 > y)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        hit = x0 + (y - y0) * (x1 - x0) / (y1 - y0)
-    return (rises & (x < hit)).sum(axis=1) % 2 == 1
-
-
-def is_on(points, ends):
-    """Whether points lie on the outline."""
-    start, wall = ends[:, :2], ends[:, 2:] - ends[:, :2]
-    gap = points[:, None] - start
-    part = np.clip((gap * wall).sum(-1) / np.maximum((wall * wall).sum(-1), 1e-300), 0, 1)
-    return (np.linalg.norm(gap - part[..., None] * wall, axis=-1) < 1e-6).any(axis=1)
-
-
-def connected(tau, offsets):
-    """Which cells light can get between, through links with τ > 0: a number per cell."""
-    shape = tau.shape[1:]
-    number = np.arange(np.prod(shape)).reshape(shape)
-    sources, targets = [], []
-    for open_share, step in zip(tau, offsets):
-        leads = moved(open_share, -step) > 0
-        sources.append(moved(number, -step)[leads])
-        targets.append(moved(number, step)[leads])
-    pairs = np.concatenate(sources), np.concatenate(targets)
-    links = coo_array((np.ones(len(pairs[0])), pairs), shape=(number.size, number.size))
-    return connected_components(links, directed=False)[1]
-
-
-def star(generator):
-    """A polygon without crossings, anywhere between slim and round."""
-    angle = np.sort(generator.random(generator.integers(3, 9))) * 2 * np.pi
-    radius = generator.uniform(2, 9, len(angle))
-    return 10 + radius[:, None] * np.stack([np.cos(angle), np.sin(angle)], axis=1)
-
-
-def lattice(generator):
-    """Corners on centres, cell corners and middles of faces; the outline crosses itself."""
-    return generator.integers(2, 38, (generator.integers(3, 8), 2)) / 2
-
-
-def diagonal(generator):
-    """Corners on a coarse lattice: many walls along diagonals and through centres."""
-    return generator.integers(0, 5, (generator.integers(3, 8), 2)) * 4 + 2.5
-
-
-@pytest.mark.parametrize("offsets", [AXIAL, ALL], ids=["4", "8"])
-@pytest.mark.parametrize("shape", [star, lattice, diagonal])
-def test_no_light_gets_through_a_closed_wall(shape, offsets):
-    generator, grid = np.random.default_rng(11), Grid((20, 20))
-    centers = np.argwhere(np.ones(grid.shape)) + 0.5
-    for _ in range(60):
-        ends = closed(shape(generator))
-        region = connected(transmittance(*ends, grid=grid, offsets=offsets), offsets)
-        inside, on = is_inside(centers, ends), is_on(centers, ends)
-        assert not np.intersect1d(region[inside & ~on], region[~inside & ~on]).size
-
-
-def test_without_walls_between_them_cells_stay_connected():
-    """The wall is tight because it is there: both sides of it are whole."""
-    grid = Grid((20, 20))
-    ends = closed(10 + 7.3 * np.array([(1, 0.2), (-0.2, 1), (-1, -0.2), (0.2, -1)]))
-    assert len(np.unique(connected(transmittance(*ends, grid=grid, offsets=AXIAL), AXIAL))) == 2
 
 
 # -- what is refused ------------------------------------------------------------------------------

@@ -1,49 +1,24 @@
-"""Exact blocking in 3D: shares of beams, symmetry, agreement with 2D and with rays."""
+"""Exact blocking in 3D: shares of beams, agreement with 2D and with rays."""
 
 import numpy as np
 import pytest
-from space import AXIAL, CUBE, NEIGHBOURS, facets, moved, triangles_of
+from links3d import (
+    GRID,
+    L_PARTS,
+    L_SHAPE,
+    ROUNDING,
+    across_x,
+    along,
+    laid,
+    random_triangles,
+    transmittance,
+)
+from space import NEIGHBOURS, facets, triangles_of
 
 from flatland.blocking import exact_transmittance
 from flatland.errors import InputError
 from flatland.grid import Grid
 from flatland.sources import Facet, Segment
-
-GRID = Grid((6, 5, 4))
-#: An L, not convex, and its parts.
-L_SHAPE = np.array([[0, 0], [3, 0], [3, 1], [1, 1], [1, 3], [0, 3]], float)
-L_PARTS = [L_SHAPE[[0, 1, 2, 3]], L_SHAPE[[0, 3, 4, 5]]]
-#: Decimal digits lost by coordinates of a few cells in sums of products.
-ROUNDING = 1e-12
-
-
-def transmittance(*polygons, grid=GRID, offsets=NEIGHBOURS):
-    tau = exact_transmittance(grid, facets(*polygons), offsets)
-    return np.ones((len(offsets), *grid.shape)) if tau is None else tau
-
-
-def along(*step):
-    """The place of a neighbour in NEIGHBOURS."""
-    return int(np.flatnonzero((step == NEIGHBOURS).all(axis=1))[0])
-
-
-def across_x(x, y, z):
-    """A rectangle at x that spans y and z."""
-    return [(x, y[0], z[0]), (x, y[1], z[0]), (x, y[1], z[1]), (x, y[0], z[1])]
-
-
-def laid(points, seed):
-    """Points (V, 2) in a random plane through the middle of the grid."""
-    axes = np.linalg.qr(np.random.default_rng(seed).normal(size=(3, 3)))[0][:2]
-    return (points - 1.2) @ axes + (3, 2.5, 2)
-
-
-def random_triangles(seed, count, size=1.0):
-    """Also across the grid's border."""
-    generator = np.random.default_rng(seed)
-    middles = generator.random((count, 1, 3)) * GRID.shape
-    return list(middles + size * generator.normal(size=(count, 3, 3)))
-
 
 # -- what is cut ----------------------------------------------------------------------------------
 
@@ -174,78 +149,6 @@ def test_a_free_edge_reaches_an_eighth_of_a_cell_too_far_on_average():
     assert 0.5 - tau[0, 2].mean() == pytest.approx(0.125, abs=0.003)
 
 
-# -- the centre ray -------------------------------------------------------------------------------
-
-#: On the link from (2, 1, 2) along x, whose ray is y = 1.5, z = 2.5.
-RAY = (along(1, 0, 0), 2, 1, 2)
-
-
-@pytest.mark.parametrize(
-    ("wall", "covered"),
-    [
-        pytest.param(across_x(3, (1, 1.5), (2, 3)), 0.5, id="edge"),
-        pytest.param(across_x(3, (1, 1.5), (2, 2.5)), 0.25, id="corner"),
-        pytest.param([(3, 1.5, 2.5), (3, 1.2, 2.9), (3, 1.1, 2.6)], 0.065, id="corner of triangle"),
-        pytest.param([(2.7, 1.5, 2), (3.2, 1, 2), (3.2, 1, 3), (2.7, 1.5, 3)], 0.5, id="slanted"),
-    ],
-)
-def test_wall_that_touches_a_centre_ray_does_not_shut_it(wall, covered):
-    assert transmittance(wall)[RAY] == pytest.approx(1 - covered, abs=1e-4)
-
-
-def test_ridge_that_touches_a_centre_ray_does_not_shut_it():
-    near = [(2.8, 1.2, 2), (2.8, 1.2, 3), (3, 1.5, 3), (3, 1.5, 2)]
-    far = [(3.2, 1.2, 2), (3.2, 1.2, 3), (3, 1.5, 3), (3, 1.5, 2)]
-    assert transmittance(near, far)[RAY] == pytest.approx(0.7, abs=ROUNDING)
-
-
-def test_tip_of_a_pyramid_that_touches_a_centre_ray_does_not_shut_it():
-    base = [(2.8, 1.1, 2.3), (3.2, 1.1, 2.3), (3.2, 1.1, 2.7), (2.8, 1.1, 2.7)]
-    sides = [(base[i], base[i - 3], (3, 1.5, 2.5)) for i in range(4)]
-    tau = transmittance(base, *sides)
-    assert tau[RAY] == pytest.approx(1 - 0.5 * 0.4 * 0.4, abs=ROUNDING)
-
-
-@pytest.mark.parametrize("shift", [0.0, 1e-10, -1e-10, 1e-8, -1e-8])
-def test_walls_that_meet_on_a_centre_ray_shut_it(shift):
-    low = [(3, 1.2, 2), (3.1, 1.5 + shift, 2), (3.1, 1.5 + shift, 3), (3, 1.2, 3)]
-    high = [(3, 1.9, 2), (3.1, 1.5 + shift, 2), (3.1, 1.5 + shift, 3), (3, 1.9, 3)]
-    assert transmittance(low, high)[RAY] == 0
-
-
-def test_fan_of_triangles_round_a_centre_ray_shuts_it():
-    angles = np.linspace(0, 2 * np.pi, 8)
-    rim = np.stack(
-        [3 + 0.1 * np.sin(3 * angles), 1.5 + 0.2 * np.cos(angles), 2.5 + 0.2 * np.sin(angles)]
-    )
-    fan = [(rim[:, i], rim[:, i + 1], (3, 1.5, 2.5)) for i in range(7)]
-    assert transmittance(*fan)[RAY] == 0
-    # All on one side of a plane through the ray: it passes beside them.
-    half = [triangle for triangle in fan if max(p[1] for p in triangle) <= 1.5 + 1e-12]
-    assert len(half) > 1
-    assert transmittance(*half)[RAY] > 0.9
-
-
-def test_wall_along_a_centre_ray_is_no_obstacle_to_it_until_another_leaves():
-    floor = [(1, 0, 2.5), (4, 0, 2.5), (4, 5, 2.5), (1, 5, 2.5)]
-    above = across_x(2.9, (0, 5), (2.5, 4))
-    assert transmittance(floor)[RAY] == 1
-    assert transmittance(above)[RAY] == 0.5
-    assert transmittance(floor, above)[RAY] == 0
-
-
-def test_light_runs_along_the_edge_of_a_box():
-    lid = [(1, 1.5, 2.5), (5, 1.5, 2.5), (5, 4, 2.5), (1, 4, 2.5)]
-    side = [(1, 1.5, 2.5), (5, 1.5, 2.5), (5, 1.5, 0), (1, 1.5, 0)]
-    assert transmittance(lid, side)[RAY] == 1
-
-
-def test_reflex_corner_round_a_centre_ray_shuts_it():
-    """An L reaches round it by three quarters of a turn."""
-    wall = np.insert((0.3 * (L_SHAPE - 1) + (1.5, 2.5)), 0, 3.0, axis=1)
-    assert transmittance(wall)[RAY] == 0
-
-
 # -- against other ways to the same numbers -------------------------------------------------------
 
 
@@ -329,83 +232,6 @@ def test_tall_walls_block_as_in_2d(seed, axis):
     found = np.moveaxis(transmittance(*tall, grid=Grid(shape), offsets=flat), 1 + axis, 0)
     for layer in found:
         np.testing.assert_allclose(layer, expected, rtol=0, atol=ROUNDING)
-
-
-# -- symmetry -------------------------------------------------------------------------------------
-
-
-def mixed_walls(seed):
-    """In general position, on grid planes, through centres, along diagonals, not convex."""
-    lattice = np.random.default_rng(seed).integers(0, 9, (4, 3, 3)) / 2
-    special = [
-        across_x(3, (1, 4), (1, 3)),
-        across_x(2.5, (1.5, 3), (1, 2.5)),
-        [(1, 3, 0.5), (3, 1, 0.5), (4, 2, 2.5), (2, 4, 2.5)],
-        laid(L_SHAPE, seed),
-    ]
-    return [np.array(wall) for wall in (*random_triangles(seed, 6), *special, *lattice)]
-
-
-@pytest.mark.parametrize("seed", range(3))
-def test_both_ways_through_a_link_are_alike_to_the_last_bit(seed):
-    tau = transmittance(*mixed_walls(seed))
-    for open_share, step in zip(tau, NEIGHBOURS):
-        back = tau[along(*-step)]
-        np.testing.assert_array_equal(moved(open_share, -step), moved(back, step))
-
-
-def test_turned_and_mirrored_scenes_have_turned_and_mirrored_shares():
-    walls = mixed_walls(1)
-    tau, middle = transmittance(*walls), np.array(GRID.shape) / 2
-    for matrix in CUBE:
-        shape = np.abs(matrix @ GRID.shape)
-        turned = transmittance(
-            *((wall - middle) @ matrix.T + shape / 2 for wall in walls),
-            grid=Grid(tuple(shape.tolist())),
-            offsets=NEIGHBOURS @ matrix.T,
-        )
-        cells = (np.argwhere(np.ones(GRID.shape)) + 0.5 - middle) @ matrix.T + shape / 2
-        there = np.floor(cells).astype(int)
-        expected = tau.reshape(len(tau), -1)
-        np.testing.assert_allclose(turned[(slice(None), *there.T)], expected, atol=ROUNDING)
-
-
-@pytest.mark.parametrize("seed", range(3))
-def test_order_and_sense_of_walls_change_nothing(seed):
-    walls = mixed_walls(seed)
-    other = [np.roll(wall[::-1], seed, axis=0) for wall in walls[::-1]]
-    np.testing.assert_allclose(transmittance(*other), transmittance(*walls), atol=ROUNDING)
-
-
-@pytest.mark.parametrize("seed", range(3))
-def test_splitting_walls_changes_nothing(seed):
-    """Three triangles round a point of each, on a centre ray for one of them."""
-    generator, walls = np.random.default_rng(seed), random_triangles(seed, 8)
-    walls.append(np.array(across_x(2.8, (1, 2), (2, 3.2)))[:3])
-    inner = [generator.dirichlet([1, 1, 1]) @ wall for wall in walls]
-    inner[-1] = np.array([2.8, 1.5, 2.5])
-    pieces = [
-        np.array([wall[i], wall[i - 2], point])
-        for wall, point in zip(walls, inner)
-        for i in range(3)
-    ]
-    np.testing.assert_allclose(transmittance(*pieces), transmittance(*walls), atol=ROUNDING)
-
-
-def test_spacing_and_origin_only_say_where_cells_are():
-    grid = Grid(GRID.shape, spacing=0.37, origin=(-4.1, 90.3, 2.0))
-    walls = random_triangles(5, 8)
-    placed = [grid.to_world(wall) for wall in walls]
-    np.testing.assert_allclose(transmittance(*placed, grid=grid), transmittance(*walls), atol=1e-11)
-
-
-def test_every_offset_is_on_its_own():
-    walls = random_triangles(6, 8)
-    some = transmittance(*walls, offsets=NEIGHBOURS[[5, 2]])
-    np.testing.assert_array_equal(some, transmittance(*walls)[[5, 2]])
-    axial = transmittance(*walls, offsets=AXIAL)
-    places = [along(*step) for step in AXIAL]
-    np.testing.assert_array_equal(axial, transmittance(*walls)[places])
 
 
 # -- what is refused ------------------------------------------------------------------------------

@@ -14,6 +14,20 @@ HINT = (
     "the tests of the desktop need Qt's system libraries; on Debian and Ubuntu: apt-get install "
     "libegl1 libgl1 libxkbcommon0 libdbus-1-3 libfontconfig1 libglib2.0-0"
 )
+_ROOM = """
+title = "A small room"
+[grid]
+shape = [6, 5, 4]
+[[light]]
+kind = "cell"
+cell = [1, 2, 2]
+direction = [1.0, 0.2, 0.0]
+flux = 1.0
+[[occluder]]
+kind = "box"
+min = [3.0, 1.0, 1.0]
+max = [4.0, 3.0, 3.0]
+"""
 
 
 def pytest_configure(config):
@@ -22,6 +36,14 @@ def pytest_configure(config):
         import PySide6.QtWidgets  # noqa: F401
     except ImportError as error:
         pytest.exit(f"{HINT} ({error})", returncode=4)
+
+
+@pytest.fixture
+def room(tmp_path):
+    """The path of a small scene in 3D."""
+    path = tmp_path / "room.toml"
+    path.write_text(_ROOM, encoding="utf-8")
+    return str(path)
 
 
 @pytest.fixture
