@@ -174,7 +174,7 @@ class Engine:
         self.history.clear()
         method = job.choice.method()
         if isinstance(method.propagator, StencilPropagator):
-            self.simulation = _simulation(job.scene, job.choice)
+            self.simulation = job.choice.method().simulation(job.scene)
         self._key = (job.scene, job.choice)
 
     def _stepped(self) -> Simulation:
@@ -236,25 +236,3 @@ class Engine:
     def _publish(self, watch: Watch, unstable_at: int | None = None) -> None:
         rows, self._rows = self._rows, []
         watch.publish(frame_of(self._stepped(), self._pace, unstable_at), rows)
-
-
-def _simulation(scene: Scene, choice: Choice) -> Simulation:
-    """The simulation that `studies.running` would make for the same method."""
-    method = choice.method()
-    assert isinstance(method.propagator, StencilPropagator)
-    make = getattr(method, "simulation", None)
-    if make is not None:
-        made = make(scene)
-        assert isinstance(made, Simulation)
-        return made
-    return Simulation(
-        scene,
-        method.propagator,
-        bands=method.bands,
-        levels=choice.levels,
-        precision=method.precision,
-        blocking=method.blocking,
-        strength=method.strength,
-        bounces=method.bounces,
-        lights_block=method.lights_block,
-    )
