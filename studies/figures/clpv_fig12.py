@@ -11,12 +11,11 @@ from matplotlib.figure import Figure
 
 from flatland.scene import load_scene
 from propagators import create
-from studies.figures.snapshots import draw_flux, flux_bar, snapshot_data
+from studies.figures.snapshots import draw_maps, snapshot_data
 from studies.figures.workshop import Workshop
 from studies.metrics import relative_l2
 from studies.reference import Reference
 from studies.running import Method, run_method
-from studies.style import COLUMN
 
 PARTS = ("snapshots",)
 SCENE, BANDS, TOLERANCE = "shelf", 2, 1e-8
@@ -41,13 +40,9 @@ def compute(workshop: Workshop) -> dict[str, xr.Dataset]:
 
 def draw(data: dict[str, xr.Dataset]) -> dict[str, Figure]:
     snapshots = data["snapshots"]
-    names = [str(name) for name in snapshots["snapshot"].values]
-    top = float(snapshots["flux"].sel(snapshot=names[-1]).max())
-    figure = Figure(figsize=(COLUMN, 0.88 * COLUMN), layout="constrained")
-    grid = figure.subplots(2, 3, sharex=True, sharey=True)
-    for axes, name in zip(grid.flat, names):
-        image = draw_flux(axes, snapshots, name, top)
+
+    def title(name: str) -> str:
         error = float(snapshots["error"].sel(snapshot=name))
-        axes.set_title(f"{name}\nerror {error:.2f}" if error else f"{name}\n", fontsize=6)
-    flux_bar(figure, grid, image)
-    return {"": figure}
+        return f"error {error:.2f}" if error else ""
+
+    return {"": draw_maps(snapshots, 2, 3, 0.88, title)[0]}

@@ -15,10 +15,10 @@ from matplotlib.lines import Line2D
 
 from studies.figures.answers import Answers, Asked
 from studies.figures.curves import legend_above, panels, plain_log, whole_ticks
-from studies.figures.snapshots import draw_flux, flux_bar, snapshot_data
+from studies.figures.snapshots import draw_maps, snapshot_data
 from studies.figures.workshop import Workshop
 from studies.metrics import leak
-from studies.style import COLUMN, Style
+from studies.style import Style
 
 PARTS = ("snapshots", "rows")
 SCENE, CURVES, BANDS = "shelf", "fig5-one-light", 2
@@ -71,16 +71,11 @@ def draw(data: dict[str, xr.Dataset]) -> dict[str, Figure]:
 
 
 def _maps(snapshots: xr.Dataset) -> Figure:
-    names = [str(name) for name in snapshots["snapshot"].values]
-    top = float(snapshots["flux"].sel(snapshot=names[-1]).max())
-    figure = Figure(figsize=(COLUMN, 1.2 * COLUMN), layout="constrained")
-    grid = figure.subplots(2, 2, sharex=True, sharey=True)
-    for axes, name in zip(grid.flat, names):
-        image = draw_flux(axes, snapshots, name, top)
+    def title(name: str) -> str:
         share = float(snapshots["leak"].sel(snapshot=name))
-        axes.set_title(f"{name}\nleak {share:.2%}" if share else f"{name}\n", fontsize=6)
-    flux_bar(figure, grid, image)
-    return figure
+        return f"leak {share:.2%}" if share else ""
+
+    return draw_maps(snapshots, 2, 2, 1.2, title)[0]
 
 
 def _plateaus(rows: xr.Dataset) -> Figure:

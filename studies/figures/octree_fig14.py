@@ -18,11 +18,10 @@ from propagators import create
 from studies.figures.level_borders import draw_level_borders
 from studies.figures.octree_index import octree_data
 from studies.figures.slices import extent_of
-from studies.figures.snapshots import draw_flux, flux_bar
+from studies.figures.snapshots import draw_maps
 from studies.figures.workshop import Workshop
 from studies.level_jumps import level_jumps
 from studies.running import Method
-from studies.style import COLUMN
 
 PARTS = ("fields",)
 SCENE, STEPS, TOLERANCE = "level-jump", 2, 1e-8
@@ -63,16 +62,13 @@ def compute(workshop: Workshop) -> dict[str, xr.Dataset]:
 
 def draw(data: dict[str, xr.Dataset]) -> dict[str, Figure]:
     fields = data["fields"]
-    names = [str(name) for name in fields["snapshot"].values]
-    top = float(fields["flux"].sel(snapshot=names[-1]).max())
-    figure = Figure(figsize=(COLUMN, 1.12 * COLUMN), layout="constrained")
-    grid = figure.subplots(2, 2, sharex=True, sharey=True)
-    for axes, name in zip(grid.flat, names):
-        image = draw_flux(axes, fields, name, top)
+
+    def title(name: str) -> str:
+        return f"mean jump {float(fields['jump'].sel(snapshot=name)):.2f}"
+
+    figure, maps = draw_maps(fields, 2, 2, 1.12, title)
+    for name, axes in maps.items():
         index = fields["index"].sel(snapshot=name).values
         if np.ptp(index):
             draw_level_borders(axes, index, extent_of(fields))
-        jump = float(fields["jump"].sel(snapshot=name))
-        axes.set_title(f"{name}\nmean jump {jump:.2f}", fontsize=6)
-    flux_bar(figure, grid, image)
     return {"": figure}

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -20,6 +20,7 @@ from flatland.results import versions
 from flatland.scene import Scene, scene_to_toml
 from studies.figures.lobes import draw_scene
 from studies.figures.slices import plane_data
+from studies.style import COLUMN
 
 Array = NDArray[np.float64]
 
@@ -95,6 +96,24 @@ def draw_flux(axes: Axes, data: xr.Dataset, name: str, top: float) -> Any:
     axes.set(xlabel="", ylabel="")
     axes.tick_params(labelsize=5)
     return image
+
+
+def draw_maps(
+    data: xr.Dataset, rows: int, columns: int, height: float, title: Callable[[str], str]
+) -> tuple[Figure, dict[str, Axes]]:
+    """Maps of flux of all snapshots, up to the largest of the last one, and their axes by name.
+
+    height: of the figure, in column widths. title: of a snapshot, below its name.
+    """
+    names = [str(name) for name in data["snapshot"].values]
+    top = float(data["flux"].sel(snapshot=names[-1]).max())
+    figure = Figure(figsize=(COLUMN, height * COLUMN), layout="constrained")
+    grid = figure.subplots(rows, columns, sharex=True, sharey=True)
+    for axes, name in zip(grid.flat, names):
+        image = draw_flux(axes, data, name, top)
+        axes.set_title(f"{name}\n{title(name)}", fontsize=6)
+    flux_bar(figure, grid, image)
+    return figure, dict(zip(names, grid.flat))
 
 
 def name_axes(figure: Figure) -> None:
