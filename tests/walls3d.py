@@ -1,8 +1,9 @@
-"""Facets in a grid, and what rays meet of them, by brute force."""
+"""Facets in a grid, what rays meet of them, by brute force, and their shadow maps."""
 
 import numpy as np
 
 from flatland.grid import Grid
+from flatland.shadow_map import map_directional_light, map_point_light
 from flatland.sources import Facet
 
 GRID = Grid((16, 12, 10), 0.5, (1.0, -2.0, 3.0))
@@ -17,6 +18,9 @@ CROSSING = (
 L_SHAPE = ((9, 0, 9), (16, 0, 9), (16, 5, 9), (12, 5, 9), (12, 9, 9), (9, 9, 9))
 STICKS_OUT = ((12.0, -9.0, -3.0), (14.5, 20.0, -3.0), (14.5, 20.0, 14.0), (12.0, -9.0, 14.0))
 POLYGONS = (SLANTED, *CROSSING, L_SHAPE, STICKS_OUT)
+#: Where a lamp is, in cells, and the way of parallel light.
+POSITION = (7.3, 4.1, 6.2)
+SUN = np.array([0.48, -0.6, -0.64])
 
 
 def facet(vertices, albedo=0.5, grid=GRID):
@@ -82,3 +86,12 @@ def random_polygon(rng, snapped):
     radius = rng.uniform(1, 6, len(angles))
     circle = np.stack([radius * np.cos(angles), radius * np.sin(angles)], axis=1)
     return centre + circle @ frame
+
+
+def point_map(walls, position=POSITION, texels=64):
+    return map_point_light(GRID, walls, GRID.to_world(position), texels)
+
+
+def sun_map(walls, direction=SUN, texels=64):
+    direction = np.array(direction, float)
+    return map_directional_light(GRID, walls, direction / np.linalg.norm(direction), texels)

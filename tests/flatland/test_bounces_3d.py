@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from books import assert_same_books, assert_same_colour
 from space import CUBE, Walls3d, box_faces, rotation, space_scene, sphere_faces, triangles_of
 
 import flatland.kernels.reflection
@@ -143,9 +144,8 @@ def test_solving_equals_stepping(blocking, scheme):
     np.testing.assert_allclose(
         solved.accumulated.values, stepped.accumulated.values, atol=1e-9, err_msg=report.method
     )
-    for name in ("emitted", "left", "absorbed", "reflected"):
-        expected = getattr(stepped.ledger, name)
-        assert getattr(solved.ledger, name) == pytest.approx(expected, abs=1e-8), name
+    entries = ("emitted", "left", "absorbed", "reflected")
+    assert_same_books(solved.ledger, stepped.ledger, entries, within=1e-8)
 
 
 @every_kind
@@ -173,12 +173,7 @@ def test_coloured_walls_are_separate_grey_runs(blocking):
         light = {**LIGHT, "flux": emitted}
         grey = simulate(scene_of(LOOSE, share, light), "dom26", blocking=blocking)
         grey.run(12)
-        found = coloured.accumulated.values[colour]
-        np.testing.assert_allclose(found, grey.accumulated.values, rtol=1e-12, atol=1e-14)
-        for name in ("left", "absorbed", "reflected", "inside"):
-            expected = getattr(grey.ledger, name)
-            found = getattr(coloured.ledger, name)[colour]
-            assert found == pytest.approx(expected, abs=ROUNDING), name
+        assert_same_colour(coloured, colour, grey, within=ROUNDING)
 
 
 # -- where it goes --------------------------------------------------------------------------------

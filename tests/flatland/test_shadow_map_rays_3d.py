@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 import trimesh
-from shadow_maps_3d import point_map, received, sun_map
-from walls3d import GRID, facet, facets, first_hits, normal_of, random_polygon
+from shadow_maps import received
+from walls3d import GRID, facet, facets, first_hits, normal_of, point_map, random_polygon, sun_map
 
 from flatland.occluders import BoxOccluder
 
