@@ -16,7 +16,7 @@ from flatland.harmonics import CircularHarmonics, basis_for
 from flatland.kernels import Layout, Sweep
 from flatland.scene import Scene
 from flatland.simulation import Simulation
-from flatland.solvers import converged, patches, reduced, solve_converged
+from flatland.solvers import methods, patches, reduced, solve_converged
 from flatland.solvers.edges import Edges
 from flatland.solvers.mirrored import Mirrored, mirror_distances
 from flatland.solvers.patches import Patches
@@ -28,7 +28,7 @@ SHAPES = {2: (17, 12), 3: (7, 6, 5)}
 
 @pytest.fixture(autouse=True)
 def nothing_at_hand(monkeypatch):
-    monkeypatch.setattr(converged, "_reduced", OrderedDict())
+    monkeypatch.setattr(methods, "_reduced", OrderedDict())
 
 
 def wall(stencil, shape, rng):
@@ -241,11 +241,11 @@ def test_set_up_is_kept_for_other_lights_and_not_for_other_walls(rng):
     tau = wall(stencil, (16, 16), rng)
     first, _ = solved(stencil, (16, 16), light, tau)
     again, _ = solved(stencil, (16, 16), 2 * light, tau.copy())
-    assert len(converged._reduced) == 1
+    assert len(methods._reduced) == 1
     np.testing.assert_allclose(again, 2 * first, atol=1e-6 * np.abs(first).max())
     tau[0, 5] = 0.5
     other, _ = solved(stencil, (16, 16), light, tau)
-    assert len(converged._reduced) == 2
+    assert len(methods._reduced) == 2
     assert np.abs(other - first).max() > 1e-3 * np.abs(first).max()
 
 
