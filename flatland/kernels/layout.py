@@ -61,17 +61,17 @@ class Layout:
         """Distance, in numbers, of a cell's components."""
         return -(-(self.width + 1) // _GRAIN) * _GRAIN
 
-    @property
+    @cached_property
     def front(self) -> int:
         """Numbers before the first cell: one step back along every axis stays inside."""
         return sum(self.strides[:-1]) + _GRAIN
 
-    @property
+    @cached_property
     def size(self) -> int:
         """Numbers in one field, border included."""
         return 2 * self.front + self._within
 
-    @property
+    @cached_property
     def _within(self) -> int:
         """Numbers from the first cell on, the border behind the last one included."""
         return self.strides[0] * (self.shape[0] + 1)
@@ -92,7 +92,14 @@ class Layout:
 
     def view(self, buffer: NDArray[np.floating]) -> NDArray[np.floating]:
         """The cells of a buffer, (components, nx, ny[, nz]), without the border; not a copy."""
-        leading = [cells + 1 for cells in self.shape[:-1]]
+        shape, axes, cells = self._viewed
         within = buffer[self.front : self.front + self._within]
-        padded = within.reshape(*leading, self.components, self.component_stride)
-        return np.moveaxis(padded, -2, 0)[(slice(None), *map(slice, self.shape))]
+        return within.reshape(shape).transpose(axes)[cells]
+
+    @cached_property
+    def _viewed(self) -> tuple[tuple[int, ...], tuple[int, ...], tuple[slice, ...]]:
+        """Shape of a field with its border, order of axes with components first, and the cells."""
+        leading = tuple(cells + 1 for cells in self.shape[:-1])
+        axes = (len(leading), *range(len(leading)), len(leading) + 1)
+        cells = (slice(None), *map(slice, self.shape))
+        return (*leading, self.components, self.component_stride), axes, cells

@@ -79,8 +79,8 @@ class Sweep:
         self._tau_address = address(self.transmittance)
         self._rows, self._whole = sweep_box(layout, whole(layout.shape))
         self.border_cells, self.border_weights = border(stencil, layout, transmittance)
-        #: What a solver keeps between right-hand sides.
-        self.hierarchy: object | None = None
+        #: What a solver keeps between right-hand sides; tame: that nothing grows among the walls.
+        self.tame = False
         self.prepared: set[str] = set()
         self.known: tuple[Buffer, Buffer] | None = None
         self.double: tuple[bytes | None, Sweep] | None = None
@@ -148,7 +148,7 @@ class Sweep:
         if reflection is None:
             return self
         twin = copy(self)
-        twin.hierarchy, twin.known, twin.double = None, None, None
+        twin.tame, twin.known, twin.double = False, None, None
         twin.prepared = set()
         twin.reflection = reflection
         twin._reflector = Reflector(reflection, self.stencil, self.layout)

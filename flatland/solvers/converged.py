@@ -98,7 +98,7 @@ def solve_converged(
 
 def _require_no_growth(problem: Problem) -> None:
     """Raise InstabilityError where walls send back more than they get."""
-    if problem.sweep.reflection is None:
+    if problem.sweep.reflection is None or problem.sweep.tame:
         return
     growth = growth_factor(problem.sweep, problem.light)
     if growth > 1:
@@ -107,3 +107,5 @@ def _require_no_growth(problem: Problem) -> None:
             "though the scheme is stable without them"
         )
         raise InstabilityError(message)
+    # Other lights that get to the same cells go through the same operator.
+    problem.sweep.tame = True

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from collections import OrderedDict
 from collections.abc import Callable
 
@@ -26,6 +27,9 @@ _STEPPING_BATCH = 16
 #: Memory for what is kept of operators that transforms have solved.
 _KEPT_BYTES = 2**30
 _reduced: OrderedDict[tuple[object, ...], Reduced] = OrderedDict()
+#: Multigrid hierarchies that are kept.
+_KEPT_CYCLES = 4
+_cycles: OrderedDict[tuple[object, ...], Multigrid] = OrderedDict()
 
 
 def prepare(problem: Problem, method: str) -> None:
@@ -131,11 +135,17 @@ def _copy(source: Buffer, target: Buffer) -> None:
 
 
 def _cycles_for(sweep: Sweep) -> Multigrid:
-    """The multigrid hierarchy of a sweep, built once and kept with it."""
-    if sweep.hierarchy is None:
-        sweep.hierarchy = Multigrid(sweep.stencil, sweep.layout.shape)
-    assert isinstance(sweep.hierarchy, Multigrid)
-    return sweep.hierarchy
+    """The multigrid hierarchy of a stencil on a grid; walls are not in it, so all colours share it.
+
+    The last few are kept, apart for each thread, since they hold the fields they work on.
+    """
+    key = (threading.get_ident(), *factorization_key(sweep.stencil, sweep.layout.shape, None))
+    if key not in _cycles:
+        _cycles[key] = Multigrid(sweep.stencil, sweep.layout.shape)
+    _cycles.move_to_end(key)
+    if len(_cycles) > _KEPT_CYCLES:
+        _cycles.popitem(last=False)
+    return _cycles[key]
 
 
 def _reduced_for(sweep: Sweep) -> Reduced:

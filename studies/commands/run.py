@@ -56,9 +56,7 @@ _RARE = ("medium", "dropped")
 )
 @click.option("--slice", "layer", metavar="AXIS=INDEX", help="Layer of a 3D picture; middle of z.")
 @click.option("--drop", default=0.0, metavar="PART", help="Leave light below this part alone.")
-@click.option(
-    "--explain", is_flag=True, help="Print what was skipped, and memory."
-)
+@click.option("--explain", is_flag=True, help="Print what was skipped, and memory.")
 @click.option("--json", "as_json", is_flag=True, help="Print JSON for machines.")
 def command(
     scene: str,

@@ -26,9 +26,11 @@ TOLERANCE = 1e-9
 SHAPES = {2: (17, 12), 3: (7, 6, 5)}
 
 
-@pytest.fixture(autouse=True)
-def nothing_at_hand(monkeypatch):
+@pytest.fixture(autouse=True, params=[0, patches._ALL], ids=["patches", "cells"])
+def nothing_at_hand(request, monkeypatch):
+    """With patches of several cells, as on large grids, and with all cells apart."""
     monkeypatch.setattr(methods, "_reduced", OrderedDict())
+    monkeypatch.setattr(patches, "_ALL", request.param)
 
 
 def wall(stencil, shape, rng):
@@ -224,6 +226,7 @@ def test_very_many_walls_leave_few_patches(rng, monkeypatch):
     """Cells that are all walled in make no patch together, however large it is."""
     monkeypatch.setattr(patches, "_LEAST", 60)
     monkeypatch.setattr(patches, "_MOST", 60)
+    monkeypatch.setattr(patches, "_ALL", 0)
     stencil = propagators.create("lpv").stencil(CircularHarmonics(2))
     light = rng.normal(size=(3, 16, 16))
     tau = rng.uniform(0, 0.4, size=(4, 16, 16))
@@ -233,6 +236,16 @@ def test_very_many_walls_leave_few_patches(rng, monkeypatch):
     matrix = eye_array(light.size) - operator(stencil, (16, 16), tau)
     expected = spsolve(matrix.tocsc(), light.ravel()).reshape(light.shape)
     np.testing.assert_allclose(found, expected, rtol=0, atol=1e-6 * np.abs(expected).max())
+
+
+@pytest.mark.parametrize("name", ["lpv", "dom4", "dom8"])
+def test_with_all_cells_apart_nothing_is_left_to_iterate(name, rng, monkeypatch):
+    monkeypatch.setattr(patches, "_ALL", 3600)
+    stencil = propagators.create(name).stencil(CircularHarmonics(2))
+    light = rng.normal(size=(3, 24, 30))
+    _, report = solved(stencil, (24, 30), light, wall(stencil, (24, 30), rng), tolerance=1e-9)
+    assert report.residual <= 1e-9
+    assert report.iterations <= 6
 
 
 def test_set_up_is_kept_for_other_lights_and_not_for_other_walls(rng):
