@@ -22,7 +22,7 @@ def _fresh_solve(simulation: Simulation, tolerance: float) -> tuple[float, int]:
     other = Scene.from_dict(
         {**scene.to_dict(), "light": [{"kind": "cell", "cell": [9, 20], "flux": 1.0}]}
     )
-    for _ in range(10):
+    for _ in range(40):
         simulation.relight(other)
         simulation.solve(tolerance)
         simulation.relight(scene)

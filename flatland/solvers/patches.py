@@ -88,6 +88,8 @@ class Patches:
         if len(edges.cells) * self.size <= _ALL:
             self.kept, side = np.arange(self.size), 1
             self.numbers = np.arange(len(edges.cells))
+        #: Whether the factors are those of all that there is to solve for.
+        self.whole = side == 1 and not len(mirrored.endless)
         counts = np.bincount(self.numbers)
         self.count = len(counts)
         self.weights = 1 / np.sqrt(counts[self.numbers])
