@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from flatland.errors import ConvergenceError, InstabilityError, bad_input
 from flatland.kernels import Sweep
+from flatland.kernels.any_sweep import AnySweep
 from flatland.kernels.reports import Buffer
 from flatland.memory import available_memory
 from flatland.solvers.bicgstab import Operator, bicgstab
@@ -25,6 +26,7 @@ from flatland.solvers.reduced import Reduced, diffuses, is_reducible
 from flatland.solvers.vectors import dot, norm
 from flatland.solvers.watching import applied
 from flatland.stability import RADIUS_TOLERANCE
+from flatland.stencil import Stencil
 
 METHODS = ("auto", "multigrid", "mirrored", "stepping", "krylov", "factorization")
 #: Iterations after which a Krylov method is taken to have stalled.
@@ -168,12 +170,7 @@ def solve_converged(
     if method == "mirrored" and not is_mirror_symmetric(sweep.stencil):
         rule = "needs a scheme that is its own mirror image"
         raise bad_input("method", method, rule, ("auto", "multigrid", "krylov"))
-    if not 0 < tolerance < 1:
-        raise bad_input("tolerance", tolerance, "must lie between 0 and 1")
-    radius = sweep.stencil.spectral_radius()
-    if radius > 1 + RADIUS_TOLERANCE:
-        message = f"no converged field: the scheme's spectral radius is {radius:.4f}, above 1"
-        raise InstabilityError(message)
+    require_solvable(sweep.stencil, tolerance)
     problem = _Problem(sweep, right)
     candidates = _candidates(problem.sweep, method)
     problem.prepare(candidates[0])
@@ -196,22 +193,38 @@ def solve_converged(
     solved = residual <= tolerance
     sums = solved and name == "stepping"
     if not sums and not (solved and not may_grow(problem.sweep, values)):
-        _require_no_growth(problem)
-    if not solved:
-        message = (
-            f"{name} stopped at a relative residual of {residual:.2e}, not {tolerance:.2e}, after "
-            f"{report.iterations} iterations; the field reached so far is kept"
-        )
-        raise ConvergenceError(message)
+        require_no_growth(problem.sweep, problem.light)
+    require_solved(report)
     problem.keep(values)
     return report
 
 
-def _require_no_growth(problem: _Problem) -> None:
+def require_solvable(stencil: Stencil, tolerance: float) -> None:
+    """Raise InputError for a tolerance that is none, InstabilityError where no answer exists."""
+    if not 0 < tolerance < 1:
+        raise bad_input("tolerance", tolerance, "must lie between 0 and 1")
+    radius = stencil.spectral_radius()
+    if radius > 1 + RADIUS_TOLERANCE:
+        message = f"no converged field: the scheme's spectral radius is {radius:.4f}, above 1"
+        raise InstabilityError(message)
+
+
+def require_solved(report: SolveReport) -> None:
+    """Raise ConvergenceError where the tolerance was not reached."""
+    if not report.residual <= report.tolerance:
+        message = (
+            f"{report.method} stopped at a relative residual of {report.residual:.2e}, not "
+            f"{report.tolerance:.2e}, after {report.iterations} iterations; the field reached so "
+            "far is kept"
+        )
+        raise ConvergenceError(message)
+
+
+def require_no_growth(sweep: AnySweep, light: Buffer) -> None:
     """Raise InstabilityError where walls send back more than they get."""
-    if problem.sweep.reflection is None:
+    if sweep.reflection is None:
         return
-    growth = growth_factor(problem.sweep, problem.light)
+    growth = growth_factor(sweep, light)
     if growth > 1:
         message = (
             f"no converged field: light grows by a factor {growth:.4f} a step among these walls, "
