@@ -131,7 +131,8 @@ class Kernel:
             self._function(*values)
 
         if width == 1:
-            return thread(0)
+            thread(0)
+            return
         started = [threading.Thread(target=thread, args=(number,)) for number in range(width)]
         for each in started:
             each.start()

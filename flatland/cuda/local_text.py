@@ -31,6 +31,8 @@ _CELLS = ["const long long* __restrict__ cells_at", "long long cells"]
 _FLUX = ["const double* __restrict__ reception", "const double* __restrict__ emission"]
 _REPORT = ["long long row", "double* __restrict__ partial"]
 _SOURCE = "const real* __restrict__ S"
+#: Written out by a compiler, what cells send along 26 offsets took all registers there are.
+_ROLLED = "#pragma unroll 1"
 
 
 class LocalText:
@@ -104,6 +106,7 @@ class LocalText:
             terms, term = self.layout.components, f"(double)S[at + (long long)n * {stride}]"
         body = [
             "const long long at = cells_at[m];",
+            _ROLLED,
             f"for (int n = 0; n < {terms}; ++n)",
             f"    left = fma(weights[n * cells + m], {term}, left);",
         ]
@@ -115,6 +118,7 @@ class LocalText:
         dimension = len(self.layout.shape)
         body = [
             *position(self.layout),
+            _ROLLED,
             f"for (int d = 0; d < {self._offsets}; ++d)",
             "    sent += flux_along(S, at, d, reception, emission);",
         ]
@@ -158,6 +162,7 @@ class LocalText:
         return [
             "const long long at = cells_at[m];",
             f"double flux[{self._offsets}];",
+            _ROLLED,
             f"for (int d = 0; d < {self._offsets}; ++d)",
             "    flux[d] = flux_along(S, at, d, reception, emission);",
             "for (int k = 0; k < lit; ++k) {",

@@ -155,7 +155,7 @@ def box_size(dimension: int) -> str:
 
 
 def position(layout: Layout) -> list[str]:
-    """Declares `at`, where cell number q of a box lies in a field, and `cell`, its number.
+    """Declares `at`, where cell number q of a box lies in a field.
 
     Threads next to each other take cells next to each other in memory.
     """
@@ -166,11 +166,15 @@ def position(layout: Layout) -> list[str]:
         lines.append(f"rest /= (place)count_{axis};")
     lines.append("const place x_0 = (place)first_0 + rest;")
     terms = [f"x_{axis} * {stride}" for axis, stride in enumerate(layout.strides)]
-    lines.append(f"const place at = {layout.front} + {' + '.join(terms)};")
+    return [*lines, f"const place at = {layout.front} + {' + '.join(terms)};"]
+
+
+def cell_number(layout: Layout) -> str:
+    """Declares `cell`, the number of the cell at `position` in its grid."""
     cell = "x_0"
-    for axis in range(1, last + 1):
-        cell = f"({cell}) * {layout.shape[axis]} + x_{axis}"
-    return [*lines, f"const place cell = {cell};"]
+    for axis, count in enumerate(layout.shape[1:], 1):
+        cell = f"({cell}) * {count} + x_{axis}"
+    return f"const place cell = {cell};"
 
 
 def indented(lines: Iterable[str]) -> list[str]:

@@ -15,6 +15,7 @@ from flatland.cuda.parts import (
     block_for,
     box_arguments,
     box_size,
+    cell_number,
     each,
     gather,
     indented,
@@ -132,7 +133,7 @@ class StepText:
     def _cell(self, store: Store) -> list[str]:
         lines = position(self.layout)
         if self.blocked:
-            lines.append("const long long wall = walls[cell];")
+            lines += [cell_number(self.layout), "const long long wall = walls[cell];"]
         if self.looped:
             return [*lines, *self._tiles(store)]
         lines += [f"real a_{output} = 0;" for output in range(self._components)]
