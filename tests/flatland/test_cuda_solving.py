@@ -2,7 +2,16 @@
 
 import numpy as np
 import pytest
-from on_device import WALLS, WALLS_3D, Downloads, assert_close, both, space_scene, stand_in
+from on_device import (
+    WALLS,
+    WALLS_3D,
+    Downloads,
+    assert_close,
+    assert_same_books,
+    both,
+    space_scene,
+    stand_in,
+)
 from scenes import LIGHTS, LPV, coloured, quiet, scene_of
 from schemes import every_scheme
 
@@ -48,10 +57,7 @@ def assert_same_answer(here, there, near=NEAR):
     for number in range(here.levels):
         first, second = here.level(number), there.level(number)
         assert_close(second.accumulated.values, first.accumulated.values, near)
-        scale = np.abs(first.ledger.emitted).max()
-        for name, wanted in first.ledger.as_dict().items():
-            found = second.ledger.as_dict()[name]
-            np.testing.assert_allclose(found, wanted, rtol=0, atol=near * scale)
+        assert_same_books(first.ledger, second.ledger, near)
 
 
 @every_scheme(has_an_answer)
