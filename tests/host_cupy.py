@@ -27,7 +27,6 @@ _HEAD = """\
 #include <pthread.h>
 #define KERNEL
 #define DEVICE static
-#define __shared__ static
 #define __syncthreads() do { if (threads > 1) pthread_barrier_wait(&barrier); } while (0)
 typedef struct { unsigned x, y, z; } Place;
 static __thread Place threadIdx;
@@ -35,13 +34,20 @@ static Place blockIdx, blockDim, gridDim;
 static unsigned threads;
 static pthread_barrier_t barrier;
 void enter_thread(unsigned number) { threadIdx.x = number; }
-void enter_block(unsigned number) { blockIdx.x = number; }
+/* What threads of a block share: no number before one of them writes it. */
+static double of_block[6144];
+void enter_block(unsigned number) {
+    blockIdx.x = number;
+    for (int i = 0; i < 6144; ++i) of_block[i] = NAN;
+}
 void enter_grid(unsigned blocks, unsigned each) {
     gridDim.x = blocks;
     blockDim.x = threads = each;
     if (each > 1) pthread_barrier_init(&barrier, 0, each);
 }
 """
+
+_SHARED = r"__shared__ double shared\[(\d+)\];"
 
 _TYPES = {
     "float": (np.float32, ctypes.c_float),
@@ -218,7 +224,8 @@ def compiled(code):
     if key not in _libraries:
         with tempfile.TemporaryDirectory() as folder:
             source, library = Path(folder, "text.c"), Path(folder, "text.so")
-            source.write_text(_HEAD + code)
+            assert all(int(size) <= 6144 for size in re.findall(_SHARED, code))
+            source.write_text(_HEAD + re.sub(_SHARED, "double* shared = of_block;", code))
             strict = ["-std=gnu11", "-Wall", "-Werror", "-Wno-unknown-pragmas"]
             quick = ["-O1", "-ffp-contract=off", "-fPIC", "-shared", "-pthread"]
             spared = ["-Wno-unused-function", "-Wno-unused-variable"]

@@ -41,12 +41,11 @@ def space_scene(walls=()):
     )
 
 
-def walled_scene(dimension, walls=True):
-    """A scene with walls that send light back, or without."""
+def walled_scene(dimension, shape=SHAPE):
+    """A scene with walls that send light back."""
     if dimension == 3:
-        return space_scene(WALLS_3D if walls else ())
-    occluders = WALLS if walls else []
-    return Scene.from_dict({"grid": {"shape": SHAPE}, "light": LIGHTS, "occluder": occluders})
+        return space_scene(WALLS_3D)
+    return Scene.from_dict({"grid": {"shape": shape}, "light": LIGHTS, "occluder": WALLS})
 
 
 def both(scene, propagator, **arguments):

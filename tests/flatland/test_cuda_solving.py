@@ -80,6 +80,14 @@ def test_walls_and_methods(blocking, bounces, method):
     assert_same_answer(here, there)
 
 
+@pytest.mark.parametrize("name", ["lpv", "dom8"])
+def test_iterations_are_as_many(name):
+    pair = both(walled(), propagators.create(name), bands=3)
+    wanted, found = (simulation.solve(1e-9, "krylov") for simulation in pair)
+    assert found.method == "krylov"
+    assert abs(found.iterations - wanted.iterations) <= 2
+
+
 @pytest.mark.parametrize("walls", [(), WALLS])
 def test_fields_in_single_precision(walls):
     scene = scene_of() if not walls else walled()

@@ -127,10 +127,17 @@ def test_blocks_that_add_up_much_are_small():
 
 
 @pytest.mark.parametrize("propagator", [LPV, CLAMPED], ids=str)
-def test_threads_of_a_block_wait_for_each_other(cupy, propagator):
-    """As many threads as on a device, all at once."""
+def test_threads_of_a_block_wait_for_each_other(cupy, rng, propagator):
+    """As many threads as on a device, all at once; two blocks, with light in all cells."""
     cupy.threaded = True
-    assert_alike(*run_both(walled_scene(2), 2, propagator))
+    scene = walled_scene(2, shape=(20, 19))
+    pair = both(scene, propagator, skip=False)
+    light = rng.uniform(1, 2, (3, 20, 19))
+    for simulation in pair:
+        simulation.inject()
+        simulation.octree.levels[0].start([light])
+        simulation.run(2)
+    assert_alike(*pair)
 
 
 def test_colours_and_coloured_walls():
@@ -187,6 +194,19 @@ def test_moved_lights_and_fresh_starts():
     assert_alike(*pair)
 
 
+def test_reports_of_fewer_cells_than_before():
+    """Of light in a corner, and then of some in the middle, far from the border."""
+    shape = (40, 36)
+    lights = [{"kind": "cell", "cell": cell, "flux": 1.0} for cell in ([0, 0], [20, 18])]
+    scenes = [scene_of([light], shape) for light in lights]
+    pair = run_both(scenes[0], 30, LPV)
+    for simulation in pair:
+        simulation.relight(scenes[1])
+        simulation.run(2)
+    assert_alike(*pair)
+    assert pair[1].ledger.left == 0
+
+
 @pytest.mark.parametrize("skip", [True, False])
 def test_cells_that_light_has_not_reached(skip):
     pair = run_both(lobe_scene((40, 36)), 9, LPV, skip=skip)
@@ -206,7 +226,7 @@ def test_light_that_is_gone_is_not_stepped():
     tau = np.zeros((4, 8, 7))
     pair = both(scene_of(stencil_light), LPV, transmittance=tau)
     for simulation in pair:
-        simulation.run(3)
+        simulation.run(1)
         simulation.run(30)
     assert_alike(*pair)
     assert not pair[1].target.values.any()
