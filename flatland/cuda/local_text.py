@@ -57,12 +57,15 @@ class LocalText:
         self._offsets, self._faces = self.emission.shape
 
     def leaving(self) -> str:
-        """The kernel `outflow`, and for clamped stencils `sent`."""
-        return self._joined([*self._outflow(), *(self._sent() if self.stencil.clamp else [])])
+        """The kernel `outflow`, and for clamped stencils `sent`, to follow other kernels."""
+        if not self.stencil.clamp:
+            return "\n".join(self._outflow())
+        return "\n".join([*self._flux(), *self._outflow(), *self._sent()])
 
     def reflecting(self) -> str:
         """The kernels `reflect` and `add`."""
-        return self._joined([*self._reflect(), *self._add()])
+        lines = [*self._flux(), *self._reflect(), *self._add()]
+        return preamble(self.layout.dtype, self.layout.size) + "\n" + "\n".join(lines)
 
     def weights(self, border: Array, passing: Array) -> Array:
         """What `outflow` reads, a row for each of its terms in a border cell, all cells in it.
@@ -72,10 +75,6 @@ class LocalText:
         """
         values = passing if self.stencil.clamp else border
         return np.ascontiguousarray(values.T)
-
-    def _joined(self, lines: list[str]) -> str:
-        head = preamble(self.layout.dtype, self.layout.size)
-        return head + "\n" + "\n".join([*self._flux(), *lines])
 
     def _flux(self) -> list[str]:
         """Device function: flux, in units of coefficient 0, that a cell sends along an offset."""

@@ -59,7 +59,7 @@ class CudaSweep:
 
     def prepared(self) -> CudaSweep:
         """This sweep, with all that steps need compiled and on the device."""
-        _ = self._step, self._leaving, self._operands, self._fluxes, self._border, self._partial
+        _ = self._step, self._operands, self._fluxes, self._border, self._partial
         return self
 
     def prepared_to_solve(self) -> CudaSweep:
@@ -71,16 +71,13 @@ class CudaSweep:
 
     @cached_property
     def _step(self) -> dict[str, Kernel]:
-        return self.device.program(self._text.stepping(), ("step", "gather"))
+        """Kernels of a step, but for what walls send back; one text compiles sooner than two."""
+        names = ["step", "gather", "outflow", *(["sent"] if self.stencil.clamp else [])]
+        return self.device.program(self._text.stepping() + self._local.leaving(), names)
 
     @cached_property
     def _combine(self) -> Kernel:
         return self.device.program(self._text.combining(), ("combine",))["combine"]
-
-    @cached_property
-    def _leaving(self) -> dict[str, Kernel]:
-        names = ("outflow", "sent") if self.stencil.clamp else ("outflow",)
-        return self.device.program(self._local.leaving(), names)
 
     @cached_property
     def _reflecting(self) -> dict[str, Kernel]:
@@ -171,10 +168,10 @@ class CudaSweep:
         everywhere = (blocks_for(cells, LARGEST_BLOCK),), (LARGEST_BLOCK,)
         border = (blocks_for(int(self._border[1]), LARGEST_BLOCK),), (LARGEST_BLOCK,)
         if touches_border(box, self.layout.shape):
-            outflow = self._leaving["outflow"]
+            outflow = self._step["outflow"]
             outflow(*border, (source, *self._border, *self._fluxes, *report["left"]))
         if self.stencil.clamp:
-            sent = self._leaving["sent"]
+            sent = self._step["sent"]
             sent(*everywhere, (source, *place, *self._fluxes, *report["sent"]))
         block = self._text.block
         step = self._step["step"]
