@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from flatland.cuda.columns import Columns
 from flatland.cuda.device import CudaDevice, DeviceArray, Kernel
 from flatland.cuda.local_text import LocalText
 from flatland.cuda.parts import BLOCKS, LARGEST_BLOCK, block_for, blocks_for
@@ -116,8 +117,8 @@ class CudaSweep:
         return self.device.zeros(rows * BLOCKS, np.float64), self.device.zeros(rows, np.float64)
 
     @property
-    def _columns(self) -> _Columns:
-        return _Columns(len(self.sums))
+    def _columns(self) -> Columns:
+        return Columns(len(self.sums))
 
     # -- fields on the device -------------------------------------------------------------------
 
@@ -162,8 +163,9 @@ class CudaSweep:
         self, source: DeviceArray, target: DeviceArray, total: DeviceArray, row: int, box: Box
     ) -> None:
         """One step, whose reports begin at a row of `partial`."""
-        columns, cells = self._columns, cell_count(box)
-        report = {name: (np.int64(row + place), self._partial[0]) for name, place in columns}
+        cells, partial = cell_count(box), self._partial[0]
+        first = self._columns.first.items()
+        report = {name: (np.int64(row + column), partial) for name, column in first}
         place = tuple(np.int64(value) for first, last in box for value in (first, last - first))
         everywhere = (blocks_for(cells, LARGEST_BLOCK),), (LARGEST_BLOCK,)
         border = (blocks_for(int(self._border[1]), LARGEST_BLOCK),), (LARGEST_BLOCK,)
@@ -264,34 +266,3 @@ class _Returned:
         places = device.upload(layout.index(reflection.cells))
         count = len(reflection.cells)
         return cls(count, (places, np.int64(count), device.upload(lobes), np.int64(lit)))
-
-
-class _Columns:
-    """Where the kernels of a step leave their sums, in a row of numbers.
-
-    The step's components and squares; the flux that left; that was sent; then what a reflection
-    changed of components and squares, and the flux that came back.
-    """
-
-    def __init__(self, components: int) -> None:
-        self._components = components
-        self.width = 2 * components + 5
-
-    def __iter__(self) -> Any:
-        """Names of kernels' reports and their first columns."""
-        count = self._components
-        return iter(
-            [("step", 0), ("left", count + 1), ("sent", count + 2), ("returned", count + 3)]
-        )
-
-    def read(self, rows: NDArray[np.float64], clamped: bool, returned: bool) -> StepSums:
-        """Rows (steps, width) as a report."""
-        own, back = rows[:, : self._components + 1], rows[:, self._components + 3 : -1]
-        both = own + back
-        return StepSums(
-            both[:, :-1],
-            both[:, -1],
-            rows[:, self._components + 1],
-            rows[:, self._components + 2] if clamped else None,
-            rows[:, -1] if returned else None,
-        )
