@@ -9,9 +9,11 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from flatland.devices import PROCESSOR, Device
 from flatland.errors import SchemeWarning
 from flatland.grid import Grid
-from flatland.kernels import Layout, Sweep
+from flatland.kernels import Layout
+from flatland.kernels.any_sweep import AnySweep
 from flatland.kernels.reports import Buffer
 from flatland.ledger import Bookkeeper, Ledger
 from flatland.light_state import LightState
@@ -19,7 +21,7 @@ from flatland.medium import Medium
 from flatland.medium_step import MediumStep, in_medium
 from flatland.occlusion import Occlusion
 from flatland.patch import Patch
-from flatland.solvers import SolveReport, solve_converged
+from flatland.solvers import SolveReport
 from flatland.stencil import Stencil
 
 Values = NDArray[np.floating]
@@ -34,8 +36,8 @@ class Level:
     scales: per spectrum, the power of two that its numbers are kept in units of. occlusion: what
     walls do to the links of this grid; see `block`. skip: cells that light has not reached are not
     swept, which changes nothing but rounding in the books. medium: what fills the grid; the stencil
-    is given as it is without. drop: see `LightState`. Starts dark. Raises InputError for what a
-    medium does not allow.
+    is given as it is without. drop: see `LightState`. device: where fields live. Starts dark.
+    Raises InputError for what a medium does not allow.
     """
 
     def __init__(
@@ -48,6 +50,7 @@ class Level:
         skip: bool = True,
         medium: Medium | None = None,
         drop: float = 0.0,
+        device: Device = PROCESSOR,
     ) -> None:
         #: What a step does in the medium, if there is one; the stencil is that of the step.
         self.medium: MediumStep | None = None
@@ -55,7 +58,8 @@ class Level:
             self.medium = in_medium(stencil, medium, grid)
         self.grid, self.stencil = grid, stencil if self.medium is None else self.medium.stencil
         self.layout = Layout(grid.shape, stencil.basis.size, np.dtype(precision))
-        self.states = [LightState(self.layout, scale, skip, drop) for scale in scales]
+        self.device = device
+        self.states = [device.state(self.layout, scale, skip, drop) for scale in scales]
         self.block(occlusion)
         self.reset()
 
@@ -63,7 +67,8 @@ class Level:
         """Room for light of other spectra; nothing is lit. Walls stay as they are."""
         if len(scales) != len(self.states):
             skip = self.states[0].skip
-            self.states = [LightState(self.layout, scale, skip) for scale in scales]
+            drop = self.states[0].drop
+            self.states = [self.device.state(self.layout, scale, skip, drop) for scale in scales]
             self.__dict__.pop("_sweeps", None)
         for state, scale in zip(self.states, scales):
             state.scale = scale
@@ -83,23 +88,23 @@ class Level:
         return Bookkeeper(self.stencil, blocked=takes)
 
     @cached_property
-    def _sweeps(self) -> list[Sweep]:
+    def _sweeps(self) -> list[AnySweep]:
         """The sweep of each spectrum; compiled when light is first here."""
         occlusion = self.occlusion
         if self.medium is not None:
             occlusion = self.medium.occlusion(occlusion, self.grid.shape)
         tau, reflections = occlusion.transmittance, occlusion.reflections
-        sweep = Sweep(self.stencil, self.layout, tau, self._books.components)
+        sweep = self.device.sweep(self.stencil, self.layout, tau, self._books.components)
         if occlusion.coloured:
             return [sweep.reflecting(reflection) for reflection in reflections]
         return [sweep.reflecting(reflections[0]) if reflections else sweep] * len(self.states)
 
     @cached_property
-    def _free_sweep(self) -> Sweep | None:
+    def _free_sweep(self) -> AnySweep | None:
         """For a first step that is not blocked."""
         if not self.occlusion.free_first_step:
             return None
-        return Sweep(self.stencil, self.layout, None, self._books.components)
+        return self.device.sweep(self.stencil, self.layout, None, self._books.components)
 
     @property
     def free_first_step(self) -> bool:
@@ -107,7 +112,7 @@ class Level:
         return self.occlusion.free_first_step and not self._moved
 
     @property
-    def _first_sweep(self) -> Sweep | None:
+    def _first_sweep(self) -> AnySweep | None:
         """The sweep of the next step, where it is another one than usual."""
         return self._free_sweep if self.iteration == 0 and self.free_first_step else None
 
@@ -206,10 +211,9 @@ class Level:
             warnings.warn(_CLAMPED, SchemeWarning, stacklevel=stacklevel + 1)
 
     def _solve_one(
-        self, state: LightState, sweep: Sweep, ledger: Ledger, tolerance: float, method: str
+        self, state: LightState, sweep: AnySweep, ledger: Ledger, tolerance: float, method: str
     ) -> SolveReport:
         """Solve for one spectrum and book what its field sends, loses and keeps."""
-        state.lend()
         clamp = self.stencil.clamp
         sweep = sweep.linear() if clamp else sweep
         # What does not move any more: light that passed before, and what a free first step leaves.
@@ -220,8 +224,9 @@ class Level:
             before = state.component_sums
             sums = state.advance(1, free.linear() if clamp else free)
             self._books.enter(ledger, before, sums, self._unit(state), blocked=False)
+        state.lend()
         try:
-            report = solve_converged(sweep, state.target, state.total, tolerance, method)
+            report = self.device.solve(sweep, state.target, state.total, tolerance, method)
             scratch = np.zeros_like(state.total)
             sums = sweep.steps(state.total, state.source, scratch, 1)
             total = state.sums_of(state.total, list(self._books.components))

@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flatland.errors import InstabilityError
-from flatland.kernels import Layout, Sweep
+from flatland.kernels import Layout
+from flatland.kernels.any_sweep import AnySweep
 from flatland.kernels.box import (
     cell_count,
     cells_of,
@@ -100,7 +101,7 @@ class LightState:
             return 1 << 30
         return BATCH if self.norm <= SUSPICIOUS_GROWTH * self.start_norm else 1
 
-    def advance(self, count: int, sweep: Sweep) -> StepSums:
+    def advance(self, count: int, sweep: AnySweep) -> StepSums:
         """`count` more steps."""
         self.sweepable += count * self._cells
         if is_empty(self.lit):
@@ -109,12 +110,17 @@ class LightState:
             # A step goes one cell far.
             self.lit = grown(self.lit, self.layout.shape, count)
             self._touched = hull(self._touched, self.lit)
-        sums = sweep.steps(self.target, self.source, self.total, count, self.lit)
+        sums = self._move(count, sweep)
         self.swept += count * cell_count(self.lit)
-        if count % 2:
-            self.source, self.target = self.target, self.source
         self.component_sums = sums.components[-1]
         self.norm = float(np.sqrt(sums.squares[-1]))
+        return sums
+
+    def _move(self, count: int, sweep: AnySweep) -> StepSums:
+        """Steps inside the box, with the newest light in `target` after them."""
+        sums = sweep.steps(self.target, self.source, self.total, count, self.lit)
+        if count % 2:
+            self.source, self.target = self.target, self.source
         return sums
 
     @property

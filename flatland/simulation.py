@@ -8,6 +8,7 @@ from numbers import Integral
 import numpy as np
 from numpy.typing import NDArray
 
+from flatland.devices import find_device
 from flatland.errors import bad_input
 from flatland.field import Field
 from flatland.grid import Grid
@@ -46,6 +47,9 @@ class Simulation:
     the rim of what is lit with no coefficient above this part of the largest one at the start is
     not stepped on; the ledger says how much flux that was. 0 drops nothing.
 
+    device: "cpu", or "cuda": fields live on a CUDA device, are stepped and solved there, and are
+    copied back when they are looked at. It needs CuPy. Results are the same to rounding.
+
     `target` is the newest light, `source` what it was one step before, `accumulated` the sum of
     all, S_A = Σ_i S_i, all on level 0; `level(i)` gives them on any level and `merge()` one field
     from all. A run that was not filled by hand fills all levels itself, as `start` does.
@@ -75,6 +79,7 @@ class Simulation:
         patience: float = 1.0,
         skip: bool = True,
         drop: float = 0.0,
+        device: str = "cpu",
     ) -> None:
         if precision not in PRECISIONS:
             raise bad_input("precision", precision, "is unknown", PRECISIONS)
@@ -85,6 +90,8 @@ class Simulation:
             raise bad_input("drop", drop, "must be 0 in a medium, whose books need all light")
         grids = rules.grids(scene.grid)
         walls = Walls(blocking, strength, bounces, lights_block)
+        #: Where fields are stepped: its `name` is "cpu", or what the device's maker calls it.
+        self.device = find_device(device)
         self.scene, self.propagator, self.precision = scene, propagator, precision
         self.basis = basis_for(scene.grid.dimension, bands)
         self.stencil = propagator.stencil(self.basis)
@@ -97,7 +104,9 @@ class Simulation:
         self._patterns, self._mixing = self._spectra()
         scales = [light_scale(pattern.values) for pattern in self._patterns]
         self._require_range(scales)
-        self.octree = Octree(scene, self.stencil, precision, scales, walls, self._occlusion, rules)
+        self.octree = Octree(
+            scene, self.stencil, precision, scales, walls, self._occlusion, rules, self.device
+        )
         warn_of_spread([level.medium for level in self.octree.levels])
         self.octree.levels[0].prepare()
         self.reset()

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from flatland.errors import ConvergenceError, InstabilityError, bad_input
 from flatland.kernels import Sweep
+from flatland.kernels.any_sweep import AnySweep
 from flatland.kernels.reports import Buffer
 from flatland.solvers.choice import METHODS, candidates
 from flatland.solvers.growth import growth_factor, may_grow
@@ -14,6 +15,7 @@ from flatland.solvers.methods import prepare, run
 from flatland.solvers.mirrored import is_mirror_symmetric
 from flatland.solvers.problem import Problem
 from flatland.stability import RADIUS_TOLERANCE
+from flatland.stencil import Stencil
 
 
 @dataclass(frozen=True)
@@ -57,12 +59,7 @@ def solve_converged(
     if method == "mirrored" and not is_mirror_symmetric(sweep.stencil):
         rule = "needs a scheme that is its own mirror image"
         raise bad_input("method", method, rule, ("auto", "multigrid", "krylov"))
-    if not 0 < tolerance < 1:
-        raise bad_input("tolerance", tolerance, "must lie between 0 and 1")
-    radius = sweep.stencil.spectral_radius()
-    if radius > 1 + RADIUS_TOLERANCE:
-        message = f"no converged field: the scheme's spectral radius is {radius:.4f}, above 1"
-        raise InstabilityError(message)
+    require_solvable(sweep.stencil, tolerance)
     problem = Problem(sweep, right)
     names = candidates(problem.sweep, method)
     prepare(problem, names[0])
@@ -84,28 +81,45 @@ def solve_converged(
     )
     solved = residual <= tolerance
     sums = solved and name == "stepping"
-    if not sums and not (solved and not may_grow(problem.sweep, values)):
-        _require_no_growth(problem)
-    if not solved:
-        message = (
-            f"{name} stopped at a relative residual of {residual:.2e}, not {tolerance:.2e}, after "
-            f"{report.iterations} iterations; the field reached so far is kept"
-        )
-        raise ConvergenceError(message)
+    suspicious = not sums and not (solved and not may_grow(problem.sweep, values))
+    if suspicious and not problem.sweep.tame:
+        require_no_growth(problem.sweep, problem.light)
+        # Other lights that get to the same cells go through the same operator.
+        problem.sweep.tame = True
+    require_solved(report)
     problem.keep(values)
     return report
 
 
-def _require_no_growth(problem: Problem) -> None:
+def require_solvable(stencil: Stencil, tolerance: float) -> None:
+    """Raise InputError for a tolerance that is none, InstabilityError where no answer exists."""
+    if not 0 < tolerance < 1:
+        raise bad_input("tolerance", tolerance, "must lie between 0 and 1")
+    radius = stencil.spectral_radius()
+    if radius > 1 + RADIUS_TOLERANCE:
+        message = f"no converged field: the scheme's spectral radius is {radius:.4f}, above 1"
+        raise InstabilityError(message)
+
+
+def require_solved(report: SolveReport) -> None:
+    """Raise ConvergenceError where the tolerance was not reached."""
+    if not report.residual <= report.tolerance:
+        message = (
+            f"{report.method} stopped at a relative residual of {report.residual:.2e}, not "
+            f"{report.tolerance:.2e}, after {report.iterations} iterations; the field reached so "
+            "far is kept"
+        )
+        raise ConvergenceError(message)
+
+
+def require_no_growth(sweep: AnySweep, light: Buffer) -> None:
     """Raise InstabilityError where walls send back more than they get."""
-    if problem.sweep.reflection is None or problem.sweep.tame:
+    if sweep.reflection is None:
         return
-    growth = growth_factor(problem.sweep, problem.light)
+    growth = growth_factor(sweep, light)
     if growth > 1:
         message = (
             f"no converged field: light grows by a factor {growth:.4f} a step among these walls, "
             "though the scheme is stable without them"
         )
         raise InstabilityError(message)
-    # Other lights that get to the same cells go through the same operator.
-    problem.sweep.tame = True

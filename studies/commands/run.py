@@ -79,6 +79,7 @@ def command(
     as_json: bool,
     view: str,
     drop: float,
+    device: str,
     explain: bool,
     **octree: Any,
 ) -> None:
@@ -100,7 +101,9 @@ def command(
     lighting = _surface_meter(loaded) if surfaces else None
     scheme = create(propagator, **scheme_options(options))
     walls = (blocking, strength, not no_bounces, lights_block)
-    method = Method(scheme, bands, iterations, converge, precision, *walls, **rules, drop=drop)
+    method = Method(
+        scheme, bands, iterations, converge, precision, *walls, **rules, drop=drop, device=device
+    )
     steps = converge is None and isinstance(scheme, StencilPropagator)
     with steps_bar(method.steps_on(loaded), steps) as advance:
         run = run_method(loaded, method, advance, keep_levels=True)
@@ -208,9 +211,10 @@ def _report(
 ) -> str:
     size = " x ".join(map(str, scene.grid.shape))
     method = run.method
+    on_device = f" on {run.details['device']}" if "device" in run.details else ""
     lines = [
         f"{name}: {size} cells, {method.propagator!r}, {method.bands} bands, {method.precision}",
-        f"{run.stopped}, {run.seconds:.3g} s",
+        f"{run.stopped}, {run.seconds:.3g} s{on_device}",
     ]
     if run.levels:
         lines += ["", _levels(run.levels)]
