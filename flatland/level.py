@@ -3,20 +3,25 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from flatland.errors import SchemeWarning
+from flatland.folding import Fold
 from flatland.grid import Grid
 from flatland.kernels import Layout, Sweep
+from flatland.kernels.box import Box, whole
 from flatland.kernels.reports import Buffer
 from flatland.ledger import Bookkeeper, Ledger
+from flatland.level_sweeps import LevelSweeps
 from flatland.light_state import LightState
 from flatland.medium import Medium
 from flatland.medium_step import MediumStep, in_medium
+from flatland.mirror_axes import MirrorAxes
 from flatland.occlusion import Occlusion
 from flatland.solvers import SolveReport, solve_converged
 from flatland.stencil import Stencil
@@ -54,26 +59,42 @@ class Level:
             self.medium = in_medium(stencil, medium, grid)
         self.grid, self.stencil = grid, stencil if self.medium is None else self.medium.stencil
         self.layout = Layout(grid.shape, stencil.basis.size, np.dtype(precision))
-        self.states = [LightState(self.layout, scale, skip, drop) for scale in scales]
+        self._rules = (skip, drop)
+        self._scales = tuple(scales)
+        #: What is stepped: the whole grid, or the half of it that the rest is the image of.
+        self.folded = self._whole = Fold(grid.shape, stencil.basis, ())
+        self._held: dict[Fold, list[LightState]] = {}
+        self._mirrors = MirrorAxes(self.stencil, grid.shape, possible=skip and not drop)
         self.block(occlusion)
         self.reset()
 
+    @property
+    def states(self) -> list[LightState]:
+        """The light of each spectrum, as far as it is stepped."""
+        if self.folded not in self._held:
+            states = [LightState(self.layout, self.folded, s, *self._rules) for s in self._scales]
+            self._held[self.folded] = states
+        return self._held[self.folded]
+
     def rescale(self, scales: Sequence[float]) -> None:
         """Room for light of other spectra; nothing is lit. Walls stay as they are."""
-        if len(scales) != len(self.states):
-            skip = self.states[0].skip
-            self.states = [LightState(self.layout, scale, skip) for scale in scales]
-            self.__dict__.pop("_sweeps", None)
-        for state, scale in zip(self.states, scales):
-            state.scale = scale
+        if len(scales) != len(self._scales):
+            self._held = {}
+        self._scales = tuple(scales)
+        for states in self._held.values():
+            for state, scale in zip(states, scales):
+                state.scale = scale
         self.reset()
 
     def block(self, occlusion: Occlusion) -> None:
         """Other walls from now on; the light stays where it is."""
         if self.medium is not None:
             self.medium.require_walls(occlusion)
+        self._hold(self._whole)
+        self._settled = False
         self.occlusion = occlusion
-        for name in ("_books", "_sweeps", "_free_sweep"):
+        self._mirrors.block(occlusion)
+        for name in ("_books", "_steps"):
             self.__dict__.pop(name, None)
 
     @cached_property
@@ -82,23 +103,16 @@ class Level:
         return Bookkeeper(self.stencil, blocked=takes)
 
     @cached_property
-    def _sweeps(self) -> list[Sweep]:
-        """The sweep of each spectrum; compiled when light is first here."""
+    def _steps(self) -> LevelSweeps:
         occlusion = self.occlusion
         if self.medium is not None:
             occlusion = self.medium.occlusion(occlusion, self.grid.shape)
-        tau, reflections = occlusion.transmittance, occlusion.reflections
-        sweep = Sweep(self.stencil, self.layout, tau, self._books.components)
-        if occlusion.coloured:
-            return [sweep.reflecting(reflection) for reflection in reflections]
-        return [sweep.reflecting(reflections[0]) if reflections else sweep] * len(self.states)
+        return LevelSweeps(self.stencil, self.layout, occlusion, self._books.components)
 
-    @cached_property
-    def _free_sweep(self) -> Sweep | None:
-        """For a first step that is not blocked."""
-        if not self.occlusion.free_first_step:
-            return None
-        return Sweep(self.stencil, self.layout, None, self._books.components)
+    @property
+    def _sweeps(self) -> list[Sweep]:
+        """The sweep of each spectrum; compiled when light is first here."""
+        return self._steps.usual(self.folded, len(self._scales))
 
     @property
     def free_first_step(self) -> bool:
@@ -108,16 +122,53 @@ class Level:
     @property
     def _first_sweep(self) -> Sweep | None:
         """The sweep of the next step, where it is another one than usual."""
-        return self._free_sweep if self.iteration == 0 and self.free_first_step else None
+        return (
+            self._steps.free(self.folded) if self.iteration == 0 and self.free_first_step else None
+        )
 
-    def prepare(self) -> None:
-        """Compile now what stepping needs, so that it is not timed."""
-        _ = self._sweeps, self._free_sweep
+    def prepare(self, light: Sequence[Values] | None = None) -> None:
+        """Compile now what stepping needs, so that it is not timed.
+
+        light: (size, *shape) per spectrum, what will be started with, in any unit; without it, what
+        is here.
+        """
+        if light is None:
+            fold = self._fold_now()
+        else:
+            fold = self._fold_of((values, whole(self.grid.shape)) for values in light)
+        self._steps.usual(fold, len(self._scales))
+        self._steps.free(fold)
+
+    def _fold_now(self) -> Fold:
+        """What has to be stepped of the light that is here; of none, the whole grid."""
+        if self._settled or self.dark:
+            return self.folded
+        moved = self.iteration or self._moved
+        names = ("source", "target", "total") if moved else ("target",)
+        return self._fold_of(state.light(name) for name in names for state in self.states)
+
+    def _fold_of(self, light: Iterable[tuple[Values, Box]]) -> Fold:
+        """What has to be stepped of some light (size, *shape), each dark outside of its box."""
+        return replace(self._whole, axes=self._mirrors.of(light))
+
+    def _hold(self, fold: Fold) -> None:
+        """Keep another part of the light."""
+        if fold != self.folded:
+            before, self.folded = self.states, fold
+            for state, other in zip(self.states, before):
+                state.take_over(other)
+
+    def _settle(self) -> None:
+        """Before the first step of some light among some walls: whether half of it will do."""
+        self._hold(self._fold_now())
+        self._settled = True
 
     def reset(self) -> None:
         """No light anywhere, iteration 0, empty books."""
-        for state in self.states:
-            state.reset()
+        self.folded, self._settled = self._whole, False
+        for states in self._held.values():
+            for state in states:
+                state.reset()
         self.iteration = 0
         self.dark = True
         self._moved = False
@@ -141,7 +192,7 @@ class Level:
 
     def lit_cells(self) -> NDArray[np.bool_]:
         """Cells that any light has been in, (*shape), by the light itself."""
-        lit = [(self.layout.view(state.total) != 0).any(axis=0) for state in self.states]
+        lit = [(cells != 0).any(axis=0) for cells in self.cells("total")]
         return np.asarray(np.any(lit, axis=0))
 
     @property
@@ -149,13 +200,14 @@ class Level:
         """Steps that may run before the next look; no limit where there is no light."""
         if self.dark:
             return 1 << 30
-        if self._first_sweep is not None:
+        if self.iteration == 0 and self.free_first_step:
             return 1
         return min(state.batch for state in self.states)
 
     def advance(self, count: int) -> None:
         """`count` steps, at most `batch`; without light nothing happens."""
         if not self.dark:
+            self._settle()
             first = self._first_sweep
             for state, sweep, ledger in zip(self.states, self._sweeps, self._ledgers):
                 self._books.drop(ledger, state.trim() * self._unit(state))
@@ -191,6 +243,8 @@ class Level:
         self.solved = True
         if self.dark:
             return None
+        self._hold(self._whole)
+        self._settled = True
         reports = [
             self._solve_one(state, sweep, ledger, tolerance, method)
             for state, sweep, ledger in zip(self.states, self._sweeps, self._ledgers)
@@ -242,10 +296,17 @@ class Level:
     def _sent(self, number: int) -> NDArray[np.float64]:
         """All light (size, *shape) of a spectrum that has left its cell here, summed."""
         state = self.states[number]
-        sent = np.asarray(self.layout.view(state.total), float) - self.layout.view(state.target)
+        sent = np.asarray(state.cells(state.total), float) - state.cells(state.target)
         if self._passed is not None:
             sent -= self._passed[number]
         return sent * state.scale
+
+    def cells(self, name: str) -> list[Values]:
+        """Cells (size, *shape) of "source", "target" or "total" per spectrum, in units of `scale`.
+
+        To be read only, before the run goes on.
+        """
+        return [state.cells(getattr(state, name)) for state in self.states]
 
     def values(self, name: str) -> list[Values]:
         """Cells (size, *shape) of "source", "target" or "total" per spectrum, as light really is.

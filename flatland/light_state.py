@@ -8,8 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flatland.errors import InstabilityError
+from flatland.folding import Fold
 from flatland.kernels import Layout, Sweep
 from flatland.kernels.box import (
+    Box,
     cell_count,
     cells_of,
     clear_outside,
@@ -36,13 +38,18 @@ BATCH = 16
 class LightState:
     """Three buffers, stepped together; the light is kept near 1 by a power of two, `scale`.
 
+    layout: of the whole grid. fold: the part of it that the buffers hold, in a layout of its own.
     skip: cells outside of a box round the newest light are left alone. drop: layers of that box
     whose coefficients are all below this part of the largest one at the start are taken away, and
     their flux counted.
     """
 
-    def __init__(self, layout: Layout, scale: float, skip: bool = True, drop: float = 0.0) -> None:
-        self.layout, self.scale, self.skip, self.drop = layout, scale, skip, drop
+    def __init__(
+        self, layout: Layout, fold: Fold, scale: float, skip: bool = True, drop: float = 0.0
+    ) -> None:
+        layout = fold.layout(layout)
+        self.layout, self.fold = layout, fold
+        self.scale, self.skip, self.drop = scale, skip, drop
         self.source, self.target, self.total = (layout.allocate() for _ in range(3))
         self._cells = math.prod(layout.shape)
         self._forget()
@@ -85,6 +92,24 @@ class LightState:
         axes = tuple(range(1, light.ndim))
         self.component_sums = light[components].sum(axis=axes)
 
+    def take_over(self, other: LightState) -> None:
+        """Go on where another one, of the same grid and scale, is; that one is dark from then on.
+
+        If this one holds less of it, the rest must be its mirror image.
+        """
+        self.reset()
+        self.lit, self._touched = (
+            self.fold.half_box(other.fold.whole_box(box)) for box in (other.lit, other._touched)
+        )
+        touched = cells_of(self._touched)
+        for name in ("source", "target", "total"):
+            light = other.cells(getattr(other, name))
+            self.layout.view(getattr(self, name))[touched] = light[touched]
+        for name in ("norm", "start_norm", "component_sums", "_components", "_limit", "_looks"):
+            setattr(self, name, getattr(other, name))
+        self.swept, self.sweepable = other.swept, other.sweepable
+        other.reset()
+
     def lend(self) -> None:
         """Let others write anywhere in the buffers; the next reset clears them all."""
         self._touched = whole(self.layout.shape)
@@ -113,6 +138,8 @@ class LightState:
         self.swept += count * cell_count(self.lit)
         if count % 2:
             self.source, self.target = self.target, self.source
+        if self.fold.axes:
+            sums = sums.times(self.fold.copies, self.fold.sums(self._components))
         self.component_sums = sums.components[-1]
         self.norm = float(np.sqrt(sums.squares[-1]))
         return sums
@@ -150,9 +177,20 @@ class LightState:
             )
             raise InstabilityError(message)
 
+    def cells(self, buffer: Buffer) -> NDArray[np.floating]:
+        """All cells (size, *shape) of one of the buffers, in units of `scale`.
+
+        To be read only, before the run goes on: they may be the buffer's own.
+        """
+        return self.fold.whole(self.layout.view(buffer))
+
+    def light(self, name: str) -> tuple[NDArray[np.floating], Box]:
+        """The cells of "source", "target" or "total", and a box outside of which all are dark."""
+        return self.cells(getattr(self, name)), self.fold.whole_box(self._touched)
+
     def values(self, buffer: Buffer) -> NDArray[np.floating]:
         """The cells (size, *shape) of one of the buffers, scaled as the light really is."""
-        return self.layout.view(buffer) * self.layout.dtype.type(self.scale)
+        return self.cells(buffer) * self.layout.dtype.type(self.scale)
 
 
 def light_scale(pattern: NDArray[np.float64]) -> float:

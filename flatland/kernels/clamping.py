@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flatland.kernels.box import Box
+from flatland.kernels.layout import Layout
 from flatland.kernels.reports import Buffer, StepSums
 
 if TYPE_CHECKING:
@@ -35,20 +36,22 @@ def clamped_steps(
 
 def _sent_and_left(sweep: Sweep, source: Buffer) -> tuple[float, float]:
     """In units of coefficient 0: flux that cells send, and the part that goes over the border."""
-    stencil, shape = sweep.stencil, sweep.layout.shape
+    stencil, layout = sweep.stencil, sweep.layout
     assert stencil.reception is not None
     assert stencil.emission is not None
-    light = sweep.layout.view(source)
+    light, cells = layout.view(source), (..., *map(slice, layout.shape))
+    copies = layout.copies(np.argwhere(np.ones(layout.shape))).reshape(layout.shape)
     sent = left = 0.0
     for d, offset in enumerate(stencil.offsets):
         fluxes = np.maximum(np.tensordot(stencil.reception[d], light, 1), 0.0)
-        flux = np.tensordot(stencil.emission[d, 0], fluxes, 1)
+        flux = np.tensordot(stencil.emission[d, 0], fluxes, 1) * copies
         sent += float(flux.sum())
-        passing = flux if sweep.open_share is None else flux * sweep.open_share[d]
-        left += float(passing.sum() - passing[_staying(shape, offset)].sum())
+        passing = flux if sweep.open_share is None else flux * sweep.open_share[d][cells]
+        left += float(passing.sum() - passing[_staying(layout, offset)].sum())
     return sent, left
 
 
-def _staying(shape: tuple[int, ...], offset: NDArray[np.int64]) -> tuple[slice, ...]:
-    """Cells whose neighbour at `offset` is in the grid."""
-    return tuple(slice(max(0, -o), n - max(0, o)) for n, o in zip(shape, offset))
+def _staying(layout: Layout, offset: NDArray[np.int64]) -> tuple[slice, ...]:
+    """Cells whose neighbour at `offset` is in the grid, or in the mirror."""
+    sides = zip(layout.shape, layout.ghosts, offset)
+    return tuple(slice(max(0, -o), n - max(0, o - ghosts)) for n, ghosts, o in sides)

@@ -19,7 +19,8 @@ _SIGNATURES = {
     + [_INTEGER]
     + [_POINTER] * 2
     + [_INTEGER] * 2
-    + [_POINTER, _INTEGER, _POINTER],
+    + [_POINTER, _INTEGER]
+    + [_POINTER] * 3,
 }
 #: Compiled texts kept in memory; the oldest go first.
 _KEPT = 64

@@ -26,12 +26,21 @@ class Layout:
     and every component by a plane of them; in front of all lies as much again. The border stays
     zero: light that would be written there has left the grid.
 
-    shape: cells per axis. components: number of coefficients. dtype: float32 or float64.
+    shape: cells per axis. components: number of coefficients. dtype: float32 or float64. mirrors:
+    per axis, whether the cells are one half of a field that is its own mirror image; behind the
+    last one there then is a layer for the image of cells, in front of the border. 0: no. 1: the
+    image of the last layer follows it. 2: the last layer lies on the mirror, and is no image.
     """
 
     shape: tuple[int, ...]
     components: int
     dtype: np.dtype
+    mirrors: tuple[int, ...] = ()
+
+    @cached_property
+    def ghosts(self) -> tuple[int, ...]:
+        """Layers of images behind the last cell of each axis, 0 or 1."""
+        return tuple(int(mirror > 0) for mirror in self.mirrors or (0,) * len(self.shape))
 
     @property
     def lanes(self) -> int:
@@ -50,15 +59,15 @@ class Layout:
     @cached_property
     def strides(self) -> tuple[int, ...]:
         """Distance, in numbers, of neighbours along each axis."""
-        pitch = -(-(self.width + 1) // _GRAIN) * _GRAIN
+        pitch = -(-(self.width + self.ghosts[-1] + 1) // _GRAIN) * _GRAIN
         strides = [1, pitch]
-        for cells in reversed(self.shape[1:-1]):
-            strides.append(strides[-1] * (cells + 1))
+        for cells, ghosts in zip(reversed(self.shape[1:-1]), reversed(self.ghosts[1:-1])):
+            strides.append(strides[-1] * (cells + ghosts + 1))
         return tuple(reversed(strides))
 
     @cached_property
     def component_stride(self) -> int:
-        return self.strides[0] * (self.shape[0] + 1)
+        return self.strides[0] * (self.shape[0] + self.ghosts[0] + 1)
 
     @property
     def front(self) -> int:
@@ -89,8 +98,20 @@ class Layout:
         stop = self.front + self.components * self.component_stride
         return buffer[self.front : stop].reshape(self.components, self.component_stride)
 
-    def view(self, buffer: NDArray[np.floating]) -> NDArray[np.floating]:
-        """The cells of a buffer, (components, nx, ny[, nz]), without the border; not a copy."""
+    def view(self, buffer: NDArray[np.floating], images: bool = False) -> NDArray[np.floating]:
+        """The cells of a buffer, (components, nx, ny[, nz]), without the border; not a copy.
+
+        images: with the layers of images behind them.
+        """
         pitches = [a // b for a, b in zip(self.strides[:-1], self.strides[1:])]
-        padded = self.body(buffer).reshape(self.components, self.shape[0] + 1, *pitches)
-        return padded[(slice(None), *map(slice, self.shape))]
+        padded = self.body(buffer).reshape(self.components, -1, *pitches)
+        ends = [n + ghosts * images for n, ghosts in zip(self.shape, self.ghosts)]
+        return padded[(slice(None), *map(slice, ends))]
+
+    def copies(self, cells: NDArray[np.int64]) -> NDArray[np.float64]:
+        """How often cells (M, dimension) are in the whole field, over how often most are, (M,)."""
+        result = np.ones(len(cells))
+        for axis, mirror in enumerate(self.mirrors):
+            if mirror == 2:
+                result[cells[:, axis] == self.shape[axis] - 1] /= 2
+        return result

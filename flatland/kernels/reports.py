@@ -29,6 +29,12 @@ class StepSums:
     #: Flux that walls sent back, already part of `components`; None where nothing reflects.
     reflected: NDArray[np.float64] | None = None
 
+    def times(self, factor: float, of_components: NDArray[np.int64]) -> StepSums:
+        """The same steps of so many times the light; factors of components apart."""
+        values = {entry.name: getattr(self, entry.name) for entry in fields(self)}
+        scaled = {name: None if v is None else factor * v for name, v in values.items()}
+        return StepSums(**{**scaled, "components": of_components * self.components})
+
     @classmethod
     def joined(cls, reports: Sequence[StepSums]) -> StepSums:
         """The reports of steps one after another as one."""

@@ -18,6 +18,7 @@ from flatland.kernels.clamping import clamped_steps
 from flatland.kernels.compiler import compile_text
 from flatland.kernels.layout import Layout
 from flatland.kernels.matrix_sweep import MatrixSweep
+from flatland.kernels.mirroring import Mirrors
 from flatland.kernels.reflection import Reflection, Reflector
 from flatland.kernels.reports import Buffer, StepSums
 from flatland.kernels.shares import is_written_twice, packed_shares
@@ -44,6 +45,9 @@ class Sweep:
 
     transmittance: (K, *shape), τ(x, d) of light that leaves x along offset d; None: nothing blocks.
     sums: components whose sum over cells every step reports.
+
+    On a layout with mirrors, τ is given with the layers of images, and steps report sums over half
+    (a quarter, an eighth) of the whole field.
     """
 
     #: What walls send back; see `reflecting`.
@@ -71,6 +75,7 @@ class Sweep:
         self._tau_address = address(self.transmittance)
         self._rows, self._whole = sweep_box(layout, whole(layout.shape))
         self.border_cells, self.border_weights = border(stencil, layout, transmittance)
+        self._mirrors = Mirrors(layout, stencil.basis, sums) if any(layout.mirrors) else None
         #: What a solver keeps between right-hand sides.
         self.hierarchy: object | None = None
         self.prepared: set[str] = set()
@@ -90,7 +95,8 @@ class Sweep:
 
     def _compiled(self, boxed: bool) -> Callable[..., None]:
         text = SweepText(self.stencil, self.layout, replace(self.recipe, boxed=boxed)).text()
-        text += outflow_text(self.layout, self.border_weights) + stepping_text(self._width)
+        text += outflow_text(self.layout, self.border_weights)
+        text += stepping_text(self._width, self._mirrors is not None)
         code = compile_text(text)
         self._code.append(code)
         return code.function("steps")
@@ -161,6 +167,11 @@ class Sweep:
         lit: Box | None = None,
     ) -> StepSums:
         """Steps whose `left` is that of the stencil's transfer matrices."""
+        images = [0, 0]
+        if self._mirrors is not None:
+            images = [self._mirrors.function, self._mirrors.rule.ctypes.data]
+            for buffer in (source, target):  # others may have written there
+                self._mirrors.fill(buffer, self._rows, self._whole, np.zeros(self._width))
         if self.by_matrices:
             return self._matrix_steps(source, target, total, count)
         lit = lit or whole(self.layout.shape)
@@ -178,7 +189,7 @@ class Sweep:
             cells = rows_of(party, running, border_cells)
             steps(
                 *fields, *own, address(box), sums[party].ctypes.data, count, *border, *cells,
-                counter.ctypes.data, running, yield_address(),
+                counter.ctypes.data, running, yield_address(), *images,
             )  # fmt: skip
 
         run_shared(part, parties)
@@ -253,6 +264,8 @@ class Sweep:
             body = self.layout.body(target)
             row[: len(self.recipe.sums)] = body[list(self.recipe.sums)].sum(axis=1, dtype=float)
             row[-2] = np.square(body).sum(dtype=float)
+            if self._mirrors is not None:
+                self._mirrors.fill(target, self._rows, self._whole, row)
             source, target = target, source
         return StepSums(rows[:, :-2], rows[:, -2], rows[:, -1])
 
@@ -269,5 +282,5 @@ class Sweep:
         """τ in the layout of the fields, its border 1 (only zeros come from there)."""
         layout = replace(self.layout, components=len(self.stencil.offsets))
         buffer = layout.allocate()
-        layout.view(buffer)[...] = transmittance
+        layout.view(buffer, images=True)[...] = transmittance
         return buffer

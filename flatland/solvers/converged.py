@@ -19,12 +19,12 @@ from flatland.solvers.bicgstab import Operator, bicgstab
 from flatland.solvers.factorization import factorization, factorization_key, is_factorized
 from flatland.solvers.growth import growth_factor, may_grow
 from flatland.solvers.lighted import lighted_cells, reflection_in
-from flatland.solvers.mirrored import is_mirror_symmetric
 from flatland.solvers.multigrid import Multigrid
 from flatland.solvers.reduced import Reduced, diffuses, is_reducible
 from flatland.solvers.vectors import dot, norm
 from flatland.solvers.watching import applied
 from flatland.stability import RADIUS_TOLERANCE
+from flatland.symmetry import is_mirror_symmetric
 
 METHODS = ("auto", "multigrid", "mirrored", "stepping", "krylov", "factorization")
 #: Iterations after which a Krylov method is taken to have stalled.

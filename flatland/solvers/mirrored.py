@@ -8,10 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import fft
 
-from flatland.harmonics import AngularBasis
 from flatland.kernels.assembly import significant
 from flatland.kernels.threads import thread_count
 from flatland.stencil import Stencil
+from flatland.symmetry import component_parities
 
 Array = NDArray[np.float64]
 Waves = NDArray[np.float32]
@@ -168,36 +168,6 @@ def _largest_factor(number: int) -> int:
             largest, number = factor, number // factor
         factor += 1
     return largest
-
-
-def component_parities(basis: AngularBasis) -> NDArray[np.int64]:
-    """±1 per component and axis (size, dimension): its sign when that axis is turned round."""
-    generator = np.random.default_rng(0)
-    directions = generator.normal(size=(4 * basis.size, basis.dimension))
-    directions /= np.linalg.norm(directions, axis=1, keepdims=True)
-    plain = basis.evaluate(directions)
-    signs = []
-    for axis in range(basis.dimension):
-        mirror = np.ones(basis.dimension)
-        mirror[axis] = -1
-        signs.append(np.sign(np.sum(plain * basis.evaluate(directions * mirror), axis=0)))
-    return np.stack(signs, axis=1).astype(np.int64)
-
-
-def is_mirror_symmetric(stencil: Stencil) -> bool:
-    """Whether the scheme treats every direction and its mirror image alike."""
-    parities = component_parities(stencil.basis)
-    transfers = {tuple(o): t for o, t in zip(stencil.offsets.tolist(), stencil.transfer)}
-    size = np.abs(stencil.transfer).max(initial=0.0)
-    for offset, transfer in transfers.items():
-        for axis in range(stencil.basis.dimension):
-            image = list(offset)
-            image[axis] *= -1
-            signs = np.outer(parities[:, axis], parities[:, axis])
-            other = transfers.get(tuple(image))
-            if other is None or np.abs(signs * transfer - other).max() > 1e-10 * size:
-                return False
-    return True
 
 
 def spectrum_bytes(stencil: Stencil, shape: tuple[int, ...]) -> int:
