@@ -15,7 +15,7 @@ from flatland.kernels import Layout, Reflection
 from flatland.kernels.box import Box, is_empty
 from flatland.occlusion import Occlusion
 from flatland.stencil import Stencil
-from flatland.symmetry import ROUNDING, component_parities, image_offsets
+from flatland.symmetry import component_parities, drawn_rounding, image_offsets
 
 Values = NDArray[np.floating]
 
@@ -52,7 +52,8 @@ class Fold:
     def half(self, values: NDArray[Any], images: int = 0) -> NDArray[Any]:
         """The kept part of values (..., *shape); not a copy. images: layers more, behind it."""
         ends = (n + images * (a in self.axes) for a, n in enumerate(self.half_shape))
-        return values[(..., *map(slice, ends))]
+        kept: Any = (..., *map(slice, ends))
+        return values[kept]
 
     def whole(self, values: Values) -> Values:
         """Light (size, *shape) from its half; the same if nothing is folded."""
@@ -99,8 +100,8 @@ def wall_axes(
 ) -> tuple[int, ...]:
     """Those of some axes of a grid along which its walls are their own mirror image.
 
-    In what a scheme sees of them, to a part ROUNDING of all light. Axes must be such along which
-    the scheme itself is.
+    In what a scheme sees of them, to `drawn_rounding`. Axes must be such along which the scheme
+    itself is.
     """
     return tuple(axis for axis in axes if _walls_turn(occlusion, stencil, shape, axis))
 
@@ -112,7 +113,7 @@ def _walls_turn(occlusion: Occlusion, stencil: Stencil, shape: tuple[int, ...], 
     tau = occlusion.transmittance
     if tau is not None:
         for d, image in enumerate(images):
-            if np.abs(tau[d] - np.flip(tau[image], axis)).max() > ROUNDING:
+            if np.abs(tau[d] - np.flip(tau[image], axis)).max() > drawn_rounding(shape):
                 return False
     signs = component_parities(stencil.basis)[:, axis]
     return all(_turns(part, images, signs, shape, axis) for part in occlusion.reflections)
@@ -134,6 +135,6 @@ def _turns(
     if not np.array_equal(places[own], turned[other]):
         return False
     lobes = reflection.lobes
-    limit = ROUNDING * np.abs(lobes).max(initial=0.0)
+    limit = drawn_rounding(shape) * np.abs(lobes).max(initial=0.0)
     difference = lobes[own] - signs * lobes[other][:, images]
     return bool(np.abs(difference).max(initial=0.0) <= limit)

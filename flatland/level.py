@@ -64,7 +64,9 @@ class Level:
         #: What is stepped: the whole grid, or the half of it that the rest is the image of.
         self.folded = self._whole = Fold(grid.shape, stencil.basis, ())
         self._held: dict[Fold, list[LightState]] = {}
-        self._mirrors = MirrorAxes(self.stencil, grid.shape, possible=skip and not drop)
+        self._mirrors = MirrorAxes(
+            self.stencil, self.layout, skip and not drop, scatters=medium is not None
+        )
         self.block(occlusion)
         self.reset()
 

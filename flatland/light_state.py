@@ -88,7 +88,7 @@ class LightState:
             self.layout.view(self.total)[...] += passed
         light = np.asarray(self.layout.view(self.target)[lit], float)
         self.start_norm = self.norm = float(np.sqrt(np.square(light).sum()))
-        self._components = components
+        self._components, self._factors = components, self.fold.sums(components)
         axes = tuple(range(1, light.ndim))
         self.component_sums = light[components].sum(axis=axes)
 
@@ -107,6 +107,7 @@ class LightState:
             self.layout.view(getattr(self, name))[touched] = light[touched]
         for name in ("norm", "start_norm", "component_sums", "_components", "_limit", "_looks"):
             setattr(self, name, getattr(other, name))
+        self._factors = self.fold.sums(self._components)
         self.swept, self.sweepable = other.swept, other.sweepable
         other.reset()
 
@@ -139,7 +140,7 @@ class LightState:
         if count % 2:
             self.source, self.target = self.target, self.source
         if self.fold.axes:
-            sums = sums.times(self.fold.copies, self.fold.sums(self._components))
+            sums = sums.times(self.fold.copies, self._factors)
         self.component_sums = sums.components[-1]
         self.norm = float(np.sqrt(sums.squares[-1]))
         return sums

@@ -98,7 +98,7 @@ class Simulation:
         self._require_range(scales)
         self.octree = Octree(scene, self.stencil, precision, scales, walls, self._occlusion, rules)
         warn_of_spread([level.medium for level in self.octree.levels])
-        self.octree.levels[0].prepare(self._patterns)
+        self.octree.levels[0].prepare(list(self._patterns))
         self.reset()
 
     def _require_room(self, grids: Sequence[Grid], blocked: bool) -> None:

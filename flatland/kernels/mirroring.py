@@ -13,14 +13,19 @@ from functools import cache
 from typing import Any
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 from flatland.harmonics import AngularBasis
+from flatland.kernels.box import sweep_box, whole
 from flatland.kernels.layout import Layout
 from flatland.kernels.reports import Buffer
+from flatland.kernels.threads import address
 from flatland.symmetry import component_parities
 
 _POINTER, _INTEGER = ctypes.c_void_p, ctypes.c_int64
+#: Numbers of a rule before those of components.
+_HEAD = 12
 #: Of `mirror(S, rule, box, first_row, last_row, sums)`, as a sweep calls it.
 _SIGNATURE = ctypes.CFUNCTYPE(None, *[_POINTER] * 3, *[_INTEGER] * 2, _POINTER)
 
@@ -29,20 +34,27 @@ class Mirrors:
     """Makes images on one layout that has mirrors. sums: components that steps report."""
 
     def __init__(self, layout: Layout, basis: AngularBasis, sums: tuple[int, ...]) -> None:
-        self.function: int = compiled_mirror(layout.dtype).address
-        self._call: Callable[..., None] = _SIGNATURE(self.function)
-        self.rule = _rule(layout, component_parities(basis), sums)
+        rows, self._box = sweep_box(layout, whole(layout.shape))
+        self._rule = _rule(layout, component_parities(basis), sums)
+        self._sums = np.zeros(len(sums) + 1)
+        #: Addresses of the function and of its second argument.
+        self.addresses = (compiled_mirror(layout.dtype).address, address(self._rule))
+        self._call: Callable[..., None] = _SIGNATURE(self.addresses[0])
+        self._everywhere = (self.addresses[1], address(self._box), 0, rows)
 
-    def fill(
-        self, buffer: Buffer, rows: int, box: NDArray[np.int64], sums: NDArray[np.float64]
-    ) -> None:
-        """Images of all rows of a box; from `sums` goes what `steps` of halves has too much."""
-        places = [array.ctypes.data for array in (buffer, self.rule, box)]
-        self._call(*places, 0, rows, sums.ctypes.data)
+    def fill(self, buffer: Buffer, sums: NDArray[np.float64] | None = None) -> None:
+        """All images of a buffer; from `sums` of half a field goes what is counted twice."""
+        self._call(
+            address(buffer), *self._everywhere, address(self._sums if sums is None else sums)
+        )
 
 
 def _rule(layout: Layout, parities: NDArray[np.int64], sums: tuple[int, ...]) -> NDArray[np.int64]:
-    """Where everything is: see `_image_rows`, which reads it. A grid in 2D is one plane."""
+    """Where everything is, as the compiled functions read it. A grid in 2D is one plane.
+
+    Where the light begins, components and their distance, numbers reported; planes, rows, columns;
+    distances of planes and rows; mirrors; signs per axis and component; places in the report.
+    """
     missing = 3 - len(layout.shape)
     positions = [sums.index(k) if k in sums else -1 for k in range(layout.components)]
     numbers = [
@@ -70,45 +82,75 @@ def compiled_mirror(dtype: np.dtype) -> Any:
 
     @cfunc(signature, cache=True, error_model="numpy")
     def mirror(light_at, rule_at, box_at, first, last, sums_at):  # type: ignore[no-untyped-def]
-        head = carray(rule_at, 12)
-        front, stride, components, reported = head[0], head[1], head[2], head[3]
-        planes, rows, columns, plane, row = head[4], head[5], head[6], head[7], head[8]
-        of_planes, of_rows, of_columns = head[9], head[10], head[11]
-        rule = carray(rule_at, 12 + 4 * components)
-        signs = rule[12 : 12 + 3 * components].reshape(3, components)
-        positions = rule[12 + 3 * components :]
-        light = carray(light_at, 2 * front + components * stride)
-        sums = carray(sums_at, reported + 1)
+        head = carray(rule_at, _HEAD)
+        rule = carray(rule_at, _HEAD + 4 * head[2])
+        light = carray(light_at, 2 * head[0] + head[1] * head[2])
+        sums = carray(sums_at, head[3] + 1)
         box = carray(box_at, 5)
-        width = columns + (1 if of_columns else 0)
-        for r in range(first, last):
-            p, q = box[0] + r // box[2], box[1] + r % box[2]
-            base = front + p * plane + q * row
-            next_row = of_rows if of_rows and q == rows - of_rows else 0
-            next_plane = of_planes if of_planes and p == planes - of_planes else 0
-            # Half a layer too much is counted where it lies on a mirror.
-            share = 0.5 if of_planes == 2 and p == planes - 1 else 1.0
-            share *= 0.5 if of_rows == 2 and q == rows - 1 else 1.0
-            begin = 0 if share != 1.0 else (columns - 1 if of_columns == 2 else columns)
-            for k in range(components):
-                at = base + k * stride
-                if of_columns:
-                    light[at + columns] = signs[2, k] * light[at + columns - of_columns]
-                if next_row:
-                    for i in range(at, at + width):
-                        light[i + next_row * row] = signs[1, k] * light[i]
-                if next_plane:
-                    for i in range(at, at + width):
-                        light[i + next_plane * plane] = signs[0, k] * light[i]
-                if next_row and next_plane:
-                    sign, away = signs[0, k] * signs[1, k], next_row * row + next_plane * plane
-                    for i in range(at, at + width):
-                        light[i + away] = sign * light[i]
-                for c in range(begin, columns):
-                    value = float(light[at + c])
-                    own = share * (0.5 if of_columns == 2 and c == columns - 1 else 1.0)
-                    if positions[k] >= 0:
-                        sums[positions[k]] -= (1.0 - own) * value
-                    sums[reported] -= (1.0 - own) * value * value
+        first_plane, first_row, inner = box[0], box[1], box[2]
+        row = first
+        while row < last:  # the rows of one plane
+            p = row // inner
+            begin = row - p * inner
+            end = min(inner, begin + last - row)
+            _images_in_plane(light, rule, first_plane + p, first_row + begin, first_row + end)
+            _count_once(light, rule, first_plane + p, first_row + begin, first_row + end, sums)
+            row += end - begin
 
     return mirror
+
+
+@njit(error_model="numpy")
+def _images_in_plane(light, rule, p, begin, end):  # type: ignore[no-untyped-def]
+    """Images of rows of one plane: behind their ends, behind the last row, behind the plane."""
+    front, stride, components = rule[0], rule[1], rule[2]
+    planes, rows, columns, plane, row = rule[4], rule[5], rule[6], rule[7], rule[8]
+    of_planes, of_rows, of_columns = rule[9], rule[10], rule[11]
+    signs = rule[_HEAD : _HEAD + 3 * components].reshape(3, components)
+    width = columns + (1 if of_columns else 0)
+    has_row = of_rows > 0 and begin <= rows - of_rows < end
+    for k in range(components):
+        base = front + k * stride + p * plane
+        if of_columns:
+            at = base + begin * row + columns
+            for _ in range(begin, end):
+                light[at] = light[at - of_columns] if signs[2, k] > 0 else -light[at - of_columns]
+                at += row
+        if has_row:
+            at = base + (rows - of_rows) * row
+            _copy(light, at, of_rows * row, width, signs[1, k])
+        if of_planes and p == planes - of_planes:
+            away, sign = of_planes * plane, signs[0, k]
+            for q in range(begin, end):
+                _copy(light, base + q * row, away, width, sign)
+            if has_row:
+                _copy(light, base + rows * row, away, width, sign)
+
+
+@njit(error_model="numpy")
+def _copy(light, start, away, count, sign):  # type: ignore[no-untyped-def]
+    for i in range(start, start + count):
+        light[i + away] = light[i] if sign > 0 else -light[i]
+
+
+@njit(error_model="numpy")
+def _count_once(light, rule, p, begin, end, sums):  # type: ignore[no-untyped-def]
+    """Take from sums over rows of one plane half of what lies on mirrors: it has no image."""
+    front, stride, components, reported = rule[0], rule[1], rule[2], rule[3]
+    planes, rows, columns, plane, row = rule[4], rule[5], rule[6], rule[7], rule[8]
+    of_planes, of_rows, of_columns = rule[9], rule[10], rule[11]
+    if of_planes != 2 and of_rows != 2 and of_columns != 2:
+        return
+    positions = rule[_HEAD + 3 * components :]
+    for q in range(begin, end):
+        share = 0.5 if of_planes == 2 and p == planes - 1 else 1.0
+        share *= 0.5 if of_rows == 2 and q == rows - 1 else 1.0
+        start = 0 if share < 1 else columns - (1 if of_columns == 2 else 0)
+        for k in range(components):
+            at = front + k * stride + p * plane + q * row
+            for c in range(start, columns):
+                value = float(light[at + c])
+                own = share * (0.5 if of_columns == 2 and c == columns - 1 else 1.0)
+                if positions[k] >= 0:
+                    sums[positions[k]] -= (1.0 - own) * value
+                sums[reported] -= (1.0 - own) * value * value

@@ -31,9 +31,13 @@ class StepSums:
 
     def times(self, factor: float, of_components: NDArray[np.int64]) -> StepSums:
         """The same steps of so many times the light; factors of components apart."""
-        values = {entry.name: getattr(self, entry.name) for entry in fields(self)}
-        scaled = {name: None if v is None else factor * v for name, v in values.items()}
-        return StepSums(**{**scaled, "components": of_components * self.components})
+        return StepSums(
+            self.components * of_components,
+            self.squares * factor,
+            self.left * factor,
+            None if self.sent is None else self.sent * factor,
+            None if self.reflected is None else self.reflected * factor,
+        )
 
     @classmethod
     def joined(cls, reports: Sequence[StepSums]) -> StepSums:

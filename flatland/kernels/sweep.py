@@ -167,11 +167,11 @@ class Sweep:
         lit: Box | None = None,
     ) -> StepSums:
         """Steps whose `left` is that of the stencil's transfer matrices."""
-        images = [0, 0]
+        images = (0, 0)
         if self._mirrors is not None:
-            images = [self._mirrors.function, self._mirrors.rule.ctypes.data]
+            images = self._mirrors.addresses
             for buffer in (source, target):  # others may have written there
-                self._mirrors.fill(buffer, self._rows, self._whole, np.zeros(self._width))
+                self._mirrors.fill(buffer)
         if self.by_matrices:
             return self._matrix_steps(source, target, total, count)
         lit = lit or whole(self.layout.shape)
@@ -265,7 +265,7 @@ class Sweep:
             row[: len(self.recipe.sums)] = body[list(self.recipe.sums)].sum(axis=1, dtype=float)
             row[-2] = np.square(body).sum(dtype=float)
             if self._mirrors is not None:
-                self._mirrors.fill(target, self._rows, self._whole, row)
+                self._mirrors.fill(target, row)
             source, target = target, source
         return StepSums(rows[:, :-2], rows[:, -2], rows[:, -1])
 
