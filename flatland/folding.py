@@ -37,11 +37,6 @@ class Fold:
         """Cells per axis of what is kept."""
         return tuple(-(-n // 2) if a in self.axes else n for a, n in enumerate(self.shape))
 
-    @property
-    def copies(self) -> int:
-        """Halves, quarters or eighths in the whole."""
-        return int(2 ** len(self.axes))
-
     def layout(self, whole: Layout) -> Layout:
         """Where half of the fields lies, with images behind it; the same if nothing is folded."""
         if not self.axes:
@@ -78,13 +73,10 @@ class Fold:
             for axis, ((first, last), n) in enumerate(zip(box, self.shape))
         )
 
-    def sums(self, components: Sequence[int]) -> NDArray[np.int64]:
-        """What sums over the half, by component, are multiplied with for those over the whole."""
-        parities = component_parities(self.basis)[list(components)][:, list(self.axes)]
-        return np.where((parities > 0).all(axis=1), self.copies, 0)
-
     def occlusion(self, occlusion: Occlusion) -> Occlusion:
         """What walls do in the half, and τ of the images behind it, too."""
+        if not self.axes:
+            return occlusion
         tau = occlusion.transmittance
         if tau is not None:
             tau = np.ascontiguousarray(self.half(tau, images=1))

@@ -3,25 +3,23 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterable, Sequence
-from dataclasses import replace
-from functools import cached_property
+from collections.abc import Sequence
+from functools import cached_property, partial
 
 import numpy as np
 from numpy.typing import NDArray
 
 from flatland.errors import SchemeWarning
-from flatland.folding import Fold
+from flatland.folded_light import FoldedLight
 from flatland.grid import Grid
 from flatland.kernels import Layout, Sweep
-from flatland.kernels.box import Box, whole
+from flatland.kernels.box import whole
 from flatland.kernels.reports import Buffer
 from flatland.ledger import Bookkeeper, Ledger
 from flatland.level_sweeps import LevelSweeps
 from flatland.light_state import LightState
 from flatland.medium import Medium
 from flatland.medium_step import MediumStep, in_medium
-from flatland.mirror_axes import MirrorAxes
 from flatland.occlusion import Occlusion
 from flatland.solvers import SolveReport, solve_converged
 from flatland.stencil import Stencil
@@ -37,9 +35,9 @@ class Level:
 
     scales: per spectrum, the power of two that its numbers are kept in units of. occlusion: what
     walls do to the links of this grid; see `block`. skip: cells that light has not reached are not
-    swept, which changes nothing but rounding in the books. medium: what fills the grid; the stencil
-    is given as it is without. drop: see `LightState`. Starts dark. Raises InputError for what a
-    medium does not allow.
+    swept, nor those that are the mirror image of others, which changes nothing but rounding.
+    medium: what fills the grid; the stencil is given as it is without. drop: see `LightState`.
+    Starts dark. Raises InputError for what a medium does not allow.
     """
 
     def __init__(
@@ -59,43 +57,27 @@ class Level:
             self.medium = in_medium(stencil, medium, grid)
         self.grid, self.stencil = grid, stencil if self.medium is None else self.medium.stencil
         self.layout = Layout(grid.shape, stencil.basis.size, np.dtype(precision))
-        self._rules = (skip, drop)
-        self._scales = tuple(scales)
-        #: What is stepped: the whole grid, or the half of it that the rest is the image of.
-        self.folded = self._whole = Fold(grid.shape, stencil.basis, ())
-        self._held: dict[Fold, list[LightState]] = {}
-        self._mirrors = MirrorAxes(
-            self.stencil, self.layout, skip and not drop, scatters=medium is not None
-        )
+        scatters = medium is not None
+        self.light = FoldedLight(self.layout, self.stencil, scales, skip, drop, scatters)
         self.block(occlusion)
         self.reset()
 
     @property
     def states(self) -> list[LightState]:
-        """The light of each spectrum, as far as it is stepped."""
-        if self.folded not in self._held:
-            states = [LightState(self.layout, self.folded, s, *self._rules) for s in self._scales]
-            self._held[self.folded] = states
-        return self._held[self.folded]
+        """The light of each spectrum, as far as it is stepped: half of it may be enough."""
+        return self.light.states
 
     def rescale(self, scales: Sequence[float]) -> None:
         """Room for light of other spectra; nothing is lit. Walls stay as they are."""
-        if len(scales) != len(self._scales):
-            self._held = {}
-        self._scales = tuple(scales)
-        for states in self._held.values():
-            for state, scale in zip(states, scales):
-                state.scale = scale
+        self.light.rescale(scales)
         self.reset()
 
     def block(self, occlusion: Occlusion) -> None:
         """Other walls from now on; the light stays where it is."""
         if self.medium is not None:
             self.medium.require_walls(occlusion)
-        self._hold(self._whole)
-        self._settled = False
         self.occlusion = occlusion
-        self._mirrors.block(occlusion)
+        self.light.block(occlusion)
         for name in ("_books", "_steps"):
             self.__dict__.pop(name, None)
 
@@ -109,12 +91,13 @@ class Level:
         occlusion = self.occlusion
         if self.medium is not None:
             occlusion = self.medium.occlusion(occlusion, self.grid.shape)
-        return LevelSweeps(self.stencil, self.layout, occlusion, self._books.components)
+        make = partial(Sweep, self.stencil)
+        return LevelSweeps(make, self.layout, occlusion, self._books.components)
 
     @property
     def _sweeps(self) -> list[Sweep]:
         """The sweep of each spectrum; compiled when light is first here."""
-        return self._steps.usual(self.folded, len(self._scales))
+        return self._steps.usual(self.light.fold, len(self.states))
 
     @property
     def free_first_step(self) -> bool:
@@ -124,9 +107,8 @@ class Level:
     @property
     def _first_sweep(self) -> Sweep | None:
         """The sweep of the next step, where it is another one than usual."""
-        return (
-            self._steps.free(self.folded) if self.iteration == 0 and self.free_first_step else None
-        )
+        first = self.iteration == 0 and self.free_first_step
+        return self._steps.free(self.light.fold) if first else None
 
     def prepare(self, light: Sequence[Values] | None = None) -> None:
         """Compile now what stepping needs, so that it is not timed.
@@ -134,43 +116,22 @@ class Level:
         light: (size, *shape) per spectrum, what will be started with, in any unit; without it, what
         is here.
         """
-        if light is None:
-            fold = self._fold_now()
-        else:
-            fold = self._fold_of((values, whole(self.grid.shape)) for values in light)
-        self._steps.usual(fold, len(self._scales))
+        fold = self.light.fold
+        if light is not None:
+            fold = self.light.fold_of((values, whole(self.grid.shape)) for values in light)
+        elif not self.dark:
+            fold = self.light.fold_now(self._has_moved)
+        self._steps.usual(fold, len(self.states))
         self._steps.free(fold)
 
-    def _fold_now(self) -> Fold:
-        """What has to be stepped of the light that is here; of none, the whole grid."""
-        if self._settled or self.dark:
-            return self.folded
-        moved = self.iteration or self._moved
-        names = ("source", "target", "total") if moved else ("target",)
-        return self._fold_of(state.light(name) for name in names for state in self.states)
-
-    def _fold_of(self, light: Iterable[tuple[Values, Box]]) -> Fold:
-        """What has to be stepped of some light (size, *shape), each dark outside of its box."""
-        return replace(self._whole, axes=self._mirrors.of(light))
-
-    def _hold(self, fold: Fold) -> None:
-        """Keep another part of the light."""
-        if fold != self.folded:
-            before, self.folded = self.states, fold
-            for state, other in zip(self.states, before):
-                state.take_over(other)
-
-    def _settle(self) -> None:
-        """Before the first step of some light among some walls: whether half of it will do."""
-        self._hold(self._fold_now())
-        self._settled = True
+    @property
+    def _has_moved(self) -> bool:
+        """Whether there is light that is not where it began."""
+        return self._moved or self.iteration > 0
 
     def reset(self) -> None:
         """No light anywhere, iteration 0, empty books."""
-        self.folded, self._settled = self._whole, False
-        for states in self._held.values():
-            for state in states:
-                state.reset()
+        self.light.reset()
         self.iteration = 0
         self.dark = True
         self._moved = False
@@ -209,7 +170,7 @@ class Level:
     def advance(self, count: int) -> None:
         """`count` steps, at most `batch`; without light nothing happens."""
         if not self.dark:
-            self._settle()
+            self.light.settle(self._has_moved)
             first = self._first_sweep
             for state, sweep, ledger in zip(self.states, self._sweeps, self._ledgers):
                 self._books.drop(ledger, state.trim() * self._unit(state))
@@ -245,8 +206,7 @@ class Level:
         self.solved = True
         if self.dark:
             return None
-        self._hold(self._whole)
-        self._settled = True
+        self.light.unfold()
         reports = [
             self._solve_one(state, sweep, ledger, tolerance, method)
             for state, sweep, ledger in zip(self.states, self._sweeps, self._ledgers)

@@ -2,10 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
 from flatland.folding import Fold
 from flatland.kernels import Layout, Sweep
 from flatland.occlusion import Occlusion
-from flatland.stencil import Stencil
+
+#: Compiles steps on a layout, from τ and the components whose sums they report.
+Make = Callable[[Layout, NDArray[np.float64] | None, tuple[int, ...]], Sweep]
 
 
 class LevelSweeps:
@@ -15,18 +22,17 @@ class LevelSweeps:
     """
 
     def __init__(
-        self, stencil: Stencil, layout: Layout, occlusion: Occlusion, sums: tuple[int, ...]
+        self, make: Make, layout: Layout, occlusion: Occlusion, sums: tuple[int, ...]
     ) -> None:
-        self.stencil, self.layout, self.occlusion, self.sums = stencil, layout, occlusion, sums
+        self._make, self._layout, self._occlusion, self._sums = make, layout, occlusion, sums
         self._usual: dict[Fold, tuple[Sweep, ...]] = {}
         self._free: dict[Fold, Sweep] = {}
 
     def usual(self, fold: Fold, spectra: int) -> list[Sweep]:
         """The sweep of each spectrum; where all walls are alike, one for all."""
         if fold not in self._usual:
-            occlusion = fold.occlusion(self.occlusion) if fold.axes else self.occlusion
-            layout = fold.layout(self.layout)
-            sweep = Sweep(self.stencil, layout, occlusion.transmittance, self.sums)
+            occlusion = fold.occlusion(self._occlusion)
+            sweep = self._make(fold.layout(self._layout), occlusion.transmittance, self._sums)
             parts = occlusion.reflections or (None,)
             self._usual[fold] = tuple(sweep.reflecting(part) for part in parts)
         sweeps = self._usual[fold]
@@ -34,9 +40,8 @@ class LevelSweeps:
 
     def free(self, fold: Fold) -> Sweep | None:
         """For a first step that is not blocked; None if it is like all others."""
-        if not self.occlusion.free_first_step:
+        if not self._occlusion.free_first_step:
             return None
         if fold not in self._free:
-            layout = fold.layout(self.layout)
-            self._free[fold] = Sweep(self.stencil, layout, None, self.sums)
+            self._free[fold] = self._make(fold.layout(self._layout), None, self._sums)
         return self._free[fold]

@@ -38,18 +38,22 @@ BATCH = 16
 class LightState:
     """Three buffers, stepped together; the light is kept near 1 by a power of two, `scale`.
 
-    layout: of the whole grid. fold: the part of it that the buffers hold, in a layout of its own.
-    skip: cells outside of a box round the newest light are left alone. drop: layers of that box
-    whose coefficients are all below this part of the largest one at the start are taken away, and
-    their flux counted.
+    part: the half, or less, of a whole grid that the buffers hold; None for all of it. skip: cells
+    outside of a box round the newest light are left alone. drop: layers of that box whose
+    coefficients are all below this part of the largest one at the start are taken away, and their
+    flux counted.
     """
 
     def __init__(
-        self, layout: Layout, fold: Fold, scale: float, skip: bool = True, drop: float = 0.0
+        self,
+        layout: Layout,
+        scale: float,
+        skip: bool = True,
+        drop: float = 0.0,
+        part: Fold | None = None,
     ) -> None:
-        layout = fold.layout(layout)
-        self.layout, self.fold = layout, fold
-        self.scale, self.skip, self.drop = scale, skip, drop
+        self.layout, self.scale, self.skip, self.drop = layout, scale, skip, drop
+        self.part = part
         self.source, self.target, self.total = (layout.allocate() for _ in range(3))
         self._cells = math.prod(layout.shape)
         self._forget()
@@ -88,7 +92,7 @@ class LightState:
             self.layout.view(self.total)[...] += passed
         light = np.asarray(self.layout.view(self.target)[lit], float)
         self.start_norm = self.norm = float(np.sqrt(np.square(light).sum()))
-        self._components, self._factors = components, self.fold.sums(components)
+        self._components = components
         axes = tuple(range(1, light.ndim))
         self.component_sums = light[components].sum(axis=axes)
 
@@ -98,16 +102,15 @@ class LightState:
         If this one holds less of it, the rest must be its mirror image.
         """
         self.reset()
-        self.lit, self._touched = (
-            self.fold.half_box(other.fold.whole_box(box)) for box in (other.lit, other._touched)
-        )
+        for name in ("lit", "_touched"):
+            box = other.whole_box(getattr(other, name))
+            setattr(self, name, box if self.part is None else self.part.half_box(box))
         touched = cells_of(self._touched)
         for name in ("source", "target", "total"):
             light = other.cells(getattr(other, name))
             self.layout.view(getattr(self, name))[touched] = light[touched]
         for name in ("norm", "start_norm", "component_sums", "_components", "_limit", "_looks"):
             setattr(self, name, getattr(other, name))
-        self._factors = self.fold.sums(self._components)
         self.swept, self.sweepable = other.swept, other.sweepable
         other.reset()
 
@@ -139,8 +142,6 @@ class LightState:
         self.swept += count * cell_count(self.lit)
         if count % 2:
             self.source, self.target = self.target, self.source
-        if self.fold.axes:
-            sums = sums.times(self.fold.copies, self._factors)
         self.component_sums = sums.components[-1]
         self.norm = float(np.sqrt(sums.squares[-1]))
         return sums
@@ -183,11 +184,16 @@ class LightState:
 
         To be read only, before the run goes on: they may be the buffer's own.
         """
-        return self.fold.whole(self.layout.view(buffer))
+        light = self.layout.view(buffer)
+        return light if self.part is None else self.part.whole(light)
 
     def light(self, name: str) -> tuple[NDArray[np.floating], Box]:
         """The cells of "source", "target" or "total", and a box outside of which all are dark."""
-        return self.cells(getattr(self, name)), self.fold.whole_box(self._touched)
+        return self.cells(getattr(self, name)), self.whole_box(self._touched)
+
+    def whole_box(self, box: Box) -> Box:
+        """The smallest box round a box of the buffers, and its images, in the whole grid."""
+        return box if self.part is None else self.part.whole_box(box)
 
     def values(self, buffer: Buffer) -> NDArray[np.floating]:
         """The cells (size, *shape) of one of the buffers, scaled as the light really is."""

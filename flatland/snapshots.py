@@ -22,7 +22,7 @@ _CHANGING = (
     "component_sums",
     "iteration",
     "converged",
-    "folded",
+    "fold",
     "_settled",
     "dark",
     "solved",
@@ -90,4 +90,5 @@ def _parts(simulation: Simulation) -> Iterator[Any]:
     yield octree
     for level in octree.levels:
         yield level
+        yield level.light
         yield from level.states

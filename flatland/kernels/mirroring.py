@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from flatland.harmonics import AngularBasis
 from flatland.kernels.box import sweep_box, whole
 from flatland.kernels.layout import Layout
-from flatland.kernels.reports import Buffer
+from flatland.kernels.reports import Buffer, StepSums
 from flatland.kernels.threads import address
 from flatland.symmetry import component_parities
 
@@ -40,12 +40,28 @@ class Mirrors:
         #: Addresses of the function and of its second argument.
         self.addresses = (compiled_mirror(layout.dtype).address, address(self._rule))
         self._call: Callable[..., None] = _SIGNATURE(self.addresses[0])
+        mirrored = np.array(layout.mirrors) > 0
+        self._copies = int(2 ** np.count_nonzero(mirrored))
+        parities = component_parities(basis)[list(sums)][:, mirrored]
+        #: Of components that are odd under a mirror, both halves cancel.
+        self._factors = np.where((parities > 0).all(axis=1), self._copies, 0)
         self._everywhere = (self.addresses[1], address(self._box), 0, rows)
 
     def fill(self, buffer: Buffer, sums: NDArray[np.float64] | None = None) -> None:
         """All images of a buffer; from `sums` of half a field goes what is counted twice."""
         self._call(
             address(buffer), *self._everywhere, address(self._sums if sums is None else sums)
+        )
+
+    def of_whole(self, report: StepSums) -> StepSums:
+        """Sums over the whole field, from those over its half, quarter or eighth."""
+        copies = self._copies
+        return StepSums(
+            report.components * self._factors,
+            report.squares * copies,
+            report.left * copies,
+            None if report.sent is None else report.sent * copies,
+            None if report.reflected is None else report.reflected * copies,
         )
 
 

@@ -29,16 +29,6 @@ class StepSums:
     #: Flux that walls sent back, already part of `components`; None where nothing reflects.
     reflected: NDArray[np.float64] | None = None
 
-    def times(self, factor: float, of_components: NDArray[np.int64]) -> StepSums:
-        """The same steps of so many times the light; factors of components apart."""
-        return StepSums(
-            self.components * of_components,
-            self.squares * factor,
-            self.left * factor,
-            None if self.sent is None else self.sent * factor,
-            None if self.reflected is None else self.reflected * factor,
-        )
-
     @classmethod
     def joined(cls, reports: Sequence[StepSums]) -> StepSums:
         """The reports of steps one after another as one."""

@@ -46,8 +46,8 @@ class Sweep:
     transmittance: (K, *shape), τ(x, d) of light that leaves x along offset d; None: nothing blocks.
     sums: components whose sum over cells every step reports.
 
-    On a layout with mirrors, τ is given with the layers of images, and steps report sums over half
-    (a quarter, an eighth) of the whole field.
+    On a layout with mirrors, τ is given with the layers of images, and `steps` reports sums over
+    the whole field. `combine` knows no mirrors.
     """
 
     #: What walls send back; see `reflecting`.
@@ -119,10 +119,12 @@ class Sweep:
         `source` and `target` are zero and stay so; what lies outside is not touched.
         """
         if self._reflector is not None:
-            return self._reflected_steps(source, target, total, count, lit)
-        if self.stencil.clamp:
-            return clamped_steps(self, source, target, total, count, lit)
-        return self.plain_steps(source, target, total, count, lit)
+            report = self._reflected_steps(source, target, total, count, lit)
+        elif self.stencil.clamp:
+            report = clamped_steps(self, source, target, total, count, lit)
+        else:
+            report = self.plain_steps(source, target, total, count, lit)
+        return report if self._mirrors is None else self._mirrors.of_whole(report)
 
     def reflecting(self, reflection: Reflection | None) -> Sweep:
         """This sweep followed by a reflection; shares the compiled code."""
