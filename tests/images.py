@@ -32,9 +32,7 @@ def symmetric_stencil(stencil, axes):
         if not stencil.clamp:
             stencil = Stencil(stencil.basis, stencil.offsets, (stencil.transfer + other) / 2)
             continue
-        reception = np.concatenate(
-            [stencil.reception, (signs * stencil.reception)[images]], axis=1
-        )
+        reception = np.concatenate([stencil.reception, (signs * stencil.reception)[images]], axis=1)
         emission = np.concatenate(
             [stencil.emission, (signs[:, None] * stencil.emission)[images]], axis=2
         )

@@ -1,7 +1,5 @@
 """What is its own mirror image is stepped by halves, and nobody can tell."""
 
-import copy
-
 import numpy as np
 import pytest
 from images import images_of, lights, scene_of, walls
@@ -90,7 +88,7 @@ def test_walls_and_what_they_send_back(
         bounces=bounces,
         precision=precision,
     )
-    assert (half.ledger.reflected > 0) is bounces
+    assert bool(half.ledger.reflected > 0) == bounces
     assert half.ledger.absorbed > 0
 
 
@@ -103,11 +101,13 @@ def test_only_along_axes_of_the_scene(axes, any_size):
 @pytest.mark.parametrize("blocking", ["exact", "fuzzy"])
 def test_clamped_schemes(clamp, blocking, any_size):
     scheme = propagators.create("lpv", clamp=clamp)
-    scene = scene_of((13, 36), (0, 1))
-    half = assert_folding_changes_nothing(scene, (0, 1), scheme, blocking=blocking, bands=3)
-    assert (half.ledger.created > 1e-6) is clamp
+    light = lights((5, 13), (13, 36), (0, 1), direction=np.array([0.6, 0.8]))
+    scene = scene_of((13, 36), (0, 1), light)
+    half = assert_folding_changes_nothing(scene, (0, 1), scheme, blocking=blocking)
+    assert bool(half.ledger.created > 1e-6) == clamp
 
 
+@pytest.mark.filterwarnings("ignore:in this medium")
 @pytest.mark.parametrize("blocking", ["exact", "none"])
 @pytest.mark.parametrize("shape", [(14, 36), (13, 37), (8, 9, 20)], ids=str)
 def test_a_medium(shape, blocking, any_size):
@@ -141,9 +141,9 @@ def test_an_odd_grid_halves_its_own_level_alone(any_size):
 
 def test_light_that_leaves_the_mirror_and_comes_back(any_size):
     """Boxes shrink and grow, and images of what was there must not stay."""
-    shape, right = (61, 20), np.array([1.0, 0.0])
-    light = lights((26, 9), shape, (0, 1), direction=-right)
-    ends = [images_of(end, shape, (0,)) for end in ((12.5, 2.0), (12.5, 18.0))]
+    shape, right = (121, 20), np.array([1.0, 0.0])
+    light = lights((56, 9), shape, (0, 1), direction=-right)
+    ends = [images_of(end, shape, (0,)) for end in ((42.5, 2.0), (42.5, 18.0))]
     mirrors = [
         {"kind": "segment", "start": start, "end": end, "albedo": 0.9} for start, end in zip(*ends)
     ]
@@ -152,7 +152,7 @@ def test_light_that_leaves_the_mirror_and_comes_back(any_size):
     half = assert_folding_changes_nothing(scene, (0, 1), scheme, (1, 1, 17, 40, 40), bands=1)
     cells = half.octree.levels[0].states[0]
     assert cells.swept < 0.9 * cells.sweepable
-    middle = half.target.values[0, 30]
+    middle = half.target.values[0, 60]
     assert np.abs(middle).max() > 0
 
 
@@ -246,7 +246,7 @@ class TestAnyOrder:
         for _ in range(3):
             simulation.run(2)
             kept.append(capture(simulation))
-        states = [copy.deepcopy(simulation.merge().values)]
+        states = [simulation.merge().values]
         books = [simulation.ledger.as_dict()]
         for snapshot in (kept[0], kept[2], kept[1], kept[3], kept[0]):
             restore(simulation, snapshot)
@@ -256,7 +256,7 @@ class TestAnyOrder:
             books.append(simulation.ledger.as_dict())
         for state, book in zip(states, books):
             np.testing.assert_array_equal(state, states[0])
-            assert book == books[0]
+            assert book == pytest.approx(books[0], rel=1e-13, abs=1e-13)
 
     def test_lights_that_move_are_looked_at_anew(self, any_size):
         shape = (14, 36)
