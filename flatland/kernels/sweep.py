@@ -15,12 +15,13 @@ from numpy.typing import NDArray
 from flatland.kernels.arrivals import written_operations
 from flatland.kernels.assembly import SweepText
 from flatland.kernels.border import border, outflow_text
-from flatland.kernels.box import Box, cell_count, sweep_box, touches_border, whole
+from flatland.kernels.box import Box, sweep_box, touches_border, whole
 from flatland.kernels.cache import last_cache_bytes
 from flatland.kernels.clamping import ClampedFluxes, clamped_steps
 from flatland.kernels.compiler import compile_text
 from flatland.kernels.layout import VECTOR_BYTES, Layout
 from flatland.kernels.matrix_sweep import MatrixSweep
+from flatland.kernels.mirroring import Mirrors
 from flatland.kernels.recipe import Recipe
 from flatland.kernels.reflection import Reflection, Reflector
 from flatland.kernels.reports import Buffer, StepSums
@@ -39,9 +40,9 @@ _WORTH_SHARING_BATCH = 1_000_000
 _WORTH_SHARING_CALL = 3_000_000
 #: Multiply-adds, of light that is not there, in the time that it takes to compile other steps.
 _COMPILING = 200_000_000
-#: Operations of a step over the whole grid from which steps for a box are compiled before the first
-#: one, and the part of its cells that light may begin in.
-_LARGE_STEP, _SMALL_PART = 10_000_000, 16
+#: Operations of a step over the whole grid from which steps for a box are compiled before the
+#: first one.
+_LARGE_STEP = 10_000_000
 #: Whole planes are taken for a box that has all but one part in so many of their cells.
 _WORTH_A_BOX = 3
 
@@ -51,6 +52,9 @@ class Sweep:
 
     transmittance: (K, *shape), τ(x, d) of light that leaves x along offset d; None: nothing blocks.
     sums: components whose sum over cells every step reports.
+
+    On a layout with mirrors, τ is given with the layers of images, and `steps` reports sums over
+    the whole field. `combine` knows no mirrors.
     """
 
     #: What walls send back; see `reflecting`.
@@ -79,6 +83,7 @@ class Sweep:
         self._tau_address = address(self.transmittance)
         self._rows, self._whole = sweep_box(layout, whole(layout.shape))
         self.border_cells, self.border_weights = border(stencil, layout, transmittance)
+        self._mirrors = Mirrors(layout, stencil.basis, sums) if any(layout.mirrors) else None
         #: What a solver keeps between right-hand sides; tame: that nothing grows among the walls.
         self.tame = False
         self.prepared: set[str] = set()
@@ -93,10 +98,9 @@ class Sweep:
         self._steps = self._compiled(self.recipe)
 
     def prepare(self, lit: Box) -> None:
-        """Compile steps for a box ahead, where light begins in a small part of a large grid."""
-        cells = math.prod(self.layout.shape)
-        large = not self.by_matrices and cells * self.operations > _LARGE_STEP
-        if large and cell_count(lit) * _SMALL_PART < cells:
+        """Compile steps for a box ahead, where it is a part of a large grid."""
+        work = math.prod(self.layout.shape) * self.operations
+        if not self.by_matrices and work > _LARGE_STEP and lit != whole(self.layout.shape):
             _ = self._steps_in_box
 
     @cached_property
@@ -110,7 +114,8 @@ class Sweep:
 
     def _compiled(self, recipe: Recipe) -> Callable[..., None]:
         text = SweepText(self.stencil, self.layout, recipe).text()
-        text += outflow_text(self.layout, self.border_weights) + stepping_text(self._width)
+        text += outflow_text(self.layout, self.border_weights)
+        text += stepping_text(self._width, self._mirrors is not None)
         code = compile_text(text)
         self._code.append(code)
         return code.function("steps")
@@ -138,10 +143,12 @@ class Sweep:
         `source` and `target` are zero and stay so; what lies outside is not touched.
         """
         if self._reflector is not None:
-            return self._reflected_steps(source, target, total, count, lit)
-        if self.stencil.clamp:
-            return clamped_steps(self, source, target, total, count, lit)
-        return self.plain_steps(source, target, total, count, lit)
+            report = self._reflected_steps(source, target, total, count, lit)
+        elif self.stencil.clamp:
+            report = clamped_steps(self, source, target, total, count, lit)
+        else:
+            report = self.plain_steps(source, target, total, count, lit)
+        return report if self._mirrors is None else self._mirrors.of_whole(report)
 
     def reflecting(self, reflection: Reflection | None) -> Sweep:
         """This sweep followed by a reflection; shares the compiled code."""
@@ -186,9 +193,14 @@ class Sweep:
         lit: Box | None = None,
     ) -> StepSums:
         """Steps whose `left` is that of the stencil's transfer matrices."""
+        images = (0, 0)
+        if self._mirrors is not None:
+            images = self._mirrors.addresses
+            for buffer in (source, target):  # others may have written there
+                self._mirrors.fill(buffer)
         if self.by_matrices:
             return self._matrices.steps(
-                source, target, total, count, self.recipe.sums, self.outflow
+                source, target, total, count, self.recipe.sums, self.outflow, self._mirrors
             )
         lit = lit or whole(self.layout.shape)
         steps, rows, box = self._rows_of(lit, count)
@@ -207,7 +219,7 @@ class Sweep:
             cells = rows_of(party, running, border_cells)
             steps(
                 *fields, *own, address(box), sums[party].ctypes.data, count, *border, *cells,
-                counter.ctypes.data, running, yield_address(),
+                counter.ctypes.data, running, yield_address(), *images,
             )  # fmt: skip
 
         run_shared(part, parties)
@@ -287,5 +299,5 @@ class Sweep:
         """τ in the layout of the fields, its border 1 (only zeros come from there)."""
         layout = replace(self.layout, components=len(self.stencil.offsets))
         buffer = layout.allocate()
-        layout.view(buffer)[...] = transmittance
+        layout.view(buffer, images=True)[...] = transmittance
         return buffer

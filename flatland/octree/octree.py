@@ -103,11 +103,10 @@ class Octree:
         """
         finest = self.levels[0]
         dimension = finest.grid.dimension
-        view = finest.layout.view
-        newest = [np.array(view(state.target)) for state in finest.states]
+        newest = [np.array(cells) for cells in finest.cells("target")]
         passed = None
         if finest.iteration or finest.solved:
-            passed = [view(state.total) - new for state, new in zip(finest.states, newest)]
+            passed = [all_ - new for all_, new in zip(finest.cells("total"), newest)]
         for number, level in enumerate(self.levels[1:], 1):
             newest = [halved(values, dimension) for values in newest]
             passed = None if passed is None else [halved(values, dimension) for values in passed]

@@ -12,10 +12,10 @@ from flatland.kernels.reports import Buffer
 from flatland.solvers.choice import METHODS, candidates
 from flatland.solvers.growth import growth_factor, may_grow
 from flatland.solvers.methods import prepare, run
-from flatland.solvers.mirrored import is_mirror_symmetric
 from flatland.solvers.problem import Problem
 from flatland.stability import RADIUS_TOLERANCE
 from flatland.stencil import Stencil
+from flatland.symmetry import is_mirror_symmetric
 
 
 @dataclass(frozen=True)

@@ -10,10 +10,11 @@ from flatland.kernels.reports import Buffer
 from flatland.memory import available_memory
 from flatland.solvers.edges import Edges
 from flatland.solvers.gmres import flexible_gmres
-from flatland.solvers.mirrored import Mirrored, Waves, is_mirror_symmetric, spectrum_bytes
+from flatland.solvers.mirrored import Mirrored, Waves, spectrum_bytes
 from flatland.solvers.patches import Patches, largest_count
 from flatland.solvers.watching import applied
 from flatland.stencil import Stencil
+from flatland.symmetry import is_mirror_symmetric
 
 Array = NDArray[np.float64]
 
