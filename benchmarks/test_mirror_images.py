@@ -75,6 +75,7 @@ def test_images_are_not_stepped(
             rows.append([label, len(axes), folded, whole * 1e6, part * 1e6, whole / part])
     head = ["float32, 2 bands", "axes", "folded", "whole [µs]", "part [µs]", "ratio"]
     report("\n" + table(head, rows))
-    ratios = [float(str(row[-1])) for row in rows]
-    assert min(ratios) > 0.9  # what does not pay is left alone
+    # What does not pay is left alone: the same run twice, which tells noise and nothing else.
+    ratios = [float(str(row[-1])) for row in rows if row[2]]
+    assert min(ratios) > 0.9
     assert max(ratios) > (2 if dimension == 2 or walled else 3)
