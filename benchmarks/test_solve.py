@@ -22,7 +22,7 @@ def _fresh_solve(simulation: Simulation, tolerance: float) -> tuple[float, int]:
     other = Scene.from_dict(
         {**scene.to_dict(), "light": [{"kind": "cell", "cell": [9, 20], "flux": 1.0}]}
     )
-    for _ in range(10):
+    for _ in range(40):
         simulation.relight(other)
         simulation.solve(tolerance)
         simulation.relight(scene)
@@ -91,8 +91,8 @@ def _walled(side: int, shift: float) -> Scene:
     )
 
 
-@pytest.mark.parametrize(("name", "milliseconds"), [("lpv", 50.0), ("dom8", 150.0)])
-def test_a_light_that_moves(name, milliseconds, report):
+@pytest.mark.parametrize("name", ["lpv", "lpv-2009", "dom4", "dom8"])
+def test_a_light_that_moves(name, report):
     """The converged field of a light elsewhere, walls as they were, to 1e-8: 128², 2 bands.
 
     Processor time, all threads together, which other work disturbs least.
@@ -113,4 +113,4 @@ def test_a_light_that_moves(name, milliseconds, report):
         f"(median {np.median(times) * 1e3:.0f}) by {result.method}"
     )
     assert result.residual <= 1e-8
-    assert min(times) * 1e3 < milliseconds
+    assert min(times) * 1e3 < 50.0

@@ -12,6 +12,7 @@ from flatland.field import Field
 from flatland.grid import Grid
 from flatland.harmonics import CircularHarmonics, SphericalHarmonics
 from flatland.ledger import Ledger
+from flatland.moving_lights import converged_fields
 from flatland.scene import Scene, load_scene
 from flatland.simulation import Simulation
 from flatland.stencil import Stencil
@@ -31,5 +32,6 @@ __all__ = [
     "Simulation",
     "SphericalHarmonics",
     "Stencil",
+    "converged_fields",
     "load_scene",
 ]

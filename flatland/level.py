@@ -4,27 +4,34 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Sequence
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 from numpy.typing import NDArray
 
+from flatland.devices import PROCESSOR, Device
 from flatland.errors import SchemeWarning
+from flatland.folded_light import FoldedLight
 from flatland.grid import Grid
-from flatland.kernels import Layout, Sweep
+from flatland.kernels import Layout
+from flatland.kernels.any_sweep import AnySweep
+from flatland.kernels.box import cell_count
 from flatland.kernels.reports import Buffer
 from flatland.ledger import Bookkeeper, Ledger
+from flatland.level_sweeps import LevelSweeps
 from flatland.light_state import LightState
 from flatland.medium import Medium
 from flatland.medium_step import MediumStep, in_medium
 from flatland.occlusion import Occlusion
 from flatland.patch import Patch
-from flatland.solvers import SolveReport, solve_converged
+from flatland.solvers import SolveReport
 from flatland.stencil import Stencil
 
 Values = NDArray[np.floating]
 
 PRECISIONS = ("float64", "float32")
+#: Part of a grid's cells that light may begin in for steps in boxes to be compiled ahead.
+_SMALL_PART = 16
 _CLAMPED = "a clamped step is not linear: the converged field is that of the scheme without clamp"
 
 
@@ -33,9 +40,9 @@ class Level:
 
     scales: per spectrum, the power of two that its numbers are kept in units of. occlusion: what
     walls do to the links of this grid; see `block`. skip: cells that light has not reached are not
-    swept, which changes nothing but rounding in the books. medium: what fills the grid; the stencil
-    is given as it is without. drop: see `LightState`. Starts dark. Raises InputError for what a
-    medium does not allow.
+    swept, nor those that are the mirror image of others, which changes nothing but rounding.
+    medium: what fills the grid; the stencil is given as it is without. drop: see `LightState`.
+    device: where fields live. Starts dark. Raises InputError for what a medium does not allow.
     """
 
     def __init__(
@@ -48,6 +55,7 @@ class Level:
         skip: bool = True,
         medium: Medium | None = None,
         drop: float = 0.0,
+        device: Device = PROCESSOR,
     ) -> None:
         #: What a step does in the medium, if there is one; the stencil is that of the step.
         self.medium: MediumStep | None = None
@@ -55,18 +63,20 @@ class Level:
             self.medium = in_medium(stencil, medium, grid)
         self.grid, self.stencil = grid, stencil if self.medium is None else self.medium.stencil
         self.layout = Layout(grid.shape, stencil.basis.size, np.dtype(precision))
-        self.states = [LightState(self.layout, scale, skip, drop) for scale in scales]
+        self.device = device
+        scatters = medium is not None
+        self.light = FoldedLight(self.layout, self.stencil, scales, skip, drop, scatters, device)
         self.block(occlusion)
         self.reset()
 
+    @property
+    def states(self) -> list[LightState]:
+        """The light of each spectrum, as far as it is stepped: half of it may be enough."""
+        return self.light.states
+
     def rescale(self, scales: Sequence[float]) -> None:
         """Room for light of other spectra; nothing is lit. Walls stay as they are."""
-        if len(scales) != len(self.states):
-            skip = self.states[0].skip
-            self.states = [LightState(self.layout, scale, skip) for scale in scales]
-            self.__dict__.pop("_sweeps", None)
-        for state, scale in zip(self.states, scales):
-            state.scale = scale
+        self.light.rescale(scales)
         self.reset()
 
     def block(self, occlusion: Occlusion) -> None:
@@ -74,7 +84,8 @@ class Level:
         if self.medium is not None:
             self.medium.require_walls(occlusion)
         self.occlusion = occlusion
-        for name in ("_books", "_sweeps", "_free_sweep"):
+        self.light.block(occlusion)
+        for name in ("_books", "_steps"):
             self.__dict__.pop(name, None)
 
     @cached_property
@@ -83,23 +94,17 @@ class Level:
         return Bookkeeper(self.stencil, blocked=takes)
 
     @cached_property
-    def _sweeps(self) -> list[Sweep]:
-        """The sweep of each spectrum; compiled when light is first here."""
+    def _steps(self) -> LevelSweeps:
         occlusion = self.occlusion
         if self.medium is not None:
             occlusion = self.medium.occlusion(occlusion, self.grid.shape)
-        tau, reflections = occlusion.transmittance, occlusion.reflections
-        sweep = Sweep(self.stencil, self.layout, tau, self._books.components)
-        if occlusion.coloured:
-            return [sweep.reflecting(reflection) for reflection in reflections]
-        return [sweep.reflecting(reflections[0]) if reflections else sweep] * len(self.states)
+        make = partial(self.device.sweep, self.stencil)
+        return LevelSweeps(make, self.layout, occlusion, self._books.components)
 
-    @cached_property
-    def _free_sweep(self) -> Sweep | None:
-        """For a first step that is not blocked."""
-        if not self.occlusion.free_first_step:
-            return None
-        return Sweep(self.stencil, self.layout, None, self._books.components)
+    @property
+    def _sweeps(self) -> list[AnySweep]:
+        """The sweep of each spectrum; compiled when light is first here."""
+        return self._steps.usual(self.light.fold, len(self.states))
 
     @property
     def free_first_step(self) -> bool:
@@ -107,18 +112,32 @@ class Level:
         return self.occlusion.free_first_step and not self._moved
 
     @property
-    def _first_sweep(self) -> Sweep | None:
+    def _first_sweep(self) -> AnySweep | None:
         """The sweep of the next step, where it is another one than usual."""
-        return self._free_sweep if self.iteration == 0 and self.free_first_step else None
+        first = self.iteration == 0 and self.free_first_step
+        return self._steps.free(self.light.fold) if first else None
 
-    def prepare(self) -> None:
-        """Compile now what stepping needs, so that it is not timed."""
-        _ = self._sweeps, self._free_sweep
+    def prepare(self, light: Sequence[Patch] | None = None) -> None:
+        """Compile now what stepping needs, so that it is not timed.
+
+        light: per spectrum, what will be started with, in any unit; without it, what is here.
+        """
+        fold = self.light.fold
+        if light is not None:
+            fold = self.light.fold_of(light)
+        elif not self.dark:
+            fold = self.light.fold_now(self._has_moved)
+        self._steps.usual(fold, len(self.states))
+        self._steps.free(fold)
+
+    @property
+    def _has_moved(self) -> bool:
+        """Whether there is light that is not where it began."""
+        return self._moved or self.iteration > 0
 
     def reset(self) -> None:
         """No light anywhere, iteration 0, empty books."""
-        for state in self.states:
-            state.reset()
+        self.light.reset()
         self.iteration = 0
         self.dark = True
         self._moved = False
@@ -139,12 +158,19 @@ class Level:
         for i, (state, ledger) in enumerate(zip(self.states, self._ledgers)):
             state.start(newest[i], None if passed is None else passed[i], components)
             self._books.open(ledger, float(state.component_sums[0]) * self._unit(state))
-        for state, sweep in zip(self.states, self._sweeps):
-            sweep.prepare(state.lit)
+        self._prepare_boxes()
+
+    def _prepare_boxes(self) -> None:
+        """Compile steps for boxes ahead, where light begins in a small part of the grid."""
+        lit = [state.lit for state in self.states]
+        if sum(map(cell_count, lit)) * _SMALL_PART < self.grid.cell_count:
+            fold = self.light.fold_now(self._has_moved)
+            for box, sweep in zip(lit, self._steps.usual(fold, len(lit))):
+                sweep.prepare(fold.half_box(box))
 
     def lit_cells(self) -> NDArray[np.bool_]:
         """Cells that any light has been in, (*shape), by the light itself."""
-        lit = [(self.layout.view(state.total) != 0).any(axis=0) for state in self.states]
+        lit = [(cells != 0).any(axis=0) for cells in self.cells("total")]
         return np.asarray(np.any(lit, axis=0))
 
     @property
@@ -152,13 +178,14 @@ class Level:
         """Steps that may run before the next look; no limit where there is no light."""
         if self.dark:
             return 1 << 30
-        if self._first_sweep is not None:
+        if self.iteration == 0 and self.free_first_step:
             return 1
         return min(state.batch for state in self.states)
 
     def advance(self, count: int) -> None:
         """`count` steps, at most `batch`; without light nothing happens."""
         if not self.dark:
+            self.light.settle(self._has_moved)
             first = self._first_sweep
             for state, sweep, ledger in zip(self.states, self._sweeps, self._ledgers):
                 self._books.drop(ledger, state.trim() * self._unit(state))
@@ -194,6 +221,7 @@ class Level:
         self.solved = True
         if self.dark:
             return None
+        self.light.unfold()
         reports = [
             self._solve_one(state, sweep, ledger, tolerance, method)
             for state, sweep, ledger in zip(self.states, self._sweeps, self._ledgers)
@@ -206,10 +234,9 @@ class Level:
             warnings.warn(_CLAMPED, SchemeWarning, stacklevel=stacklevel + 1)
 
     def _solve_one(
-        self, state: LightState, sweep: Sweep, ledger: Ledger, tolerance: float, method: str
+        self, state: LightState, sweep: AnySweep, ledger: Ledger, tolerance: float, method: str
     ) -> SolveReport:
         """Solve for one spectrum and book what its field sends, loses and keeps."""
-        state.lend()
         clamp = self.stencil.clamp
         sweep = sweep.linear() if clamp else sweep
         # What does not move any more: light that passed before, and what a free first step leaves.
@@ -220,8 +247,9 @@ class Level:
             before = state.component_sums
             sums = state.advance(1, free.linear() if clamp else free)
             self._books.enter(ledger, before, sums, self._unit(state), blocked=False)
+        state.lend()
         try:
-            report = solve_converged(sweep, state.target, state.total, tolerance, method)
+            report = self.device.solve(sweep, state.target, state.total, tolerance, method)
             scratch = np.zeros_like(state.total)
             sums = sweep.steps(state.total, state.source, scratch, 1)
             total = state.sums_of(state.total, list(self._books.components))
@@ -245,10 +273,17 @@ class Level:
     def _sent(self, number: int) -> NDArray[np.float64]:
         """All light (size, *shape) of a spectrum that has left its cell here, summed."""
         state = self.states[number]
-        sent = np.asarray(self.layout.view(state.total), float) - self.layout.view(state.target)
+        sent = np.asarray(state.cells(state.total), float) - state.cells(state.target)
         if self._passed is not None:
             sent -= self._passed[number]
         return sent * state.scale
+
+    def cells(self, name: str) -> list[Values]:
+        """Cells (size, *shape) of "source", "target" or "total" per spectrum, in units of `scale`.
+
+        To be read only, before the run goes on.
+        """
+        return [state.cells(getattr(state, name)) for state in self.states]
 
     def values(self, name: str) -> list[Values]:
         """Cells (size, *shape) of "source", "target" or "total" per spectrum, as light really is.

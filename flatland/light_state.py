@@ -8,8 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flatland.errors import InstabilityError
-from flatland.kernels import Layout, Sweep
+from flatland.folding import Fold
+from flatland.kernels import Layout
+from flatland.kernels.any_sweep import AnySweep
 from flatland.kernels.box import (
+    Box,
     cell_count,
     cells_of,
     clear_outside,
@@ -39,13 +42,22 @@ BATCH = 16
 class LightState:
     """Three buffers, stepped together; the light is kept near 1 by a power of two, `scale`.
 
-    skip: cells outside of a box round the newest light are left alone. drop: layers of that box
-    whose coefficients are all below this part of the largest one at the start are taken away, and
-    their flux counted.
+    part: the half, or less, of a whole grid that the buffers hold; None for all of it. skip: cells
+    outside of a box round the newest light are left alone. drop: layers of that box whose
+    coefficients are all below this part of the largest one at the start are taken away, and their
+    flux counted.
     """
 
-    def __init__(self, layout: Layout, scale: float, skip: bool = True, drop: float = 0.0) -> None:
+    def __init__(
+        self,
+        layout: Layout,
+        scale: float,
+        skip: bool = True,
+        drop: float = 0.0,
+        part: Fold | None = None,
+    ) -> None:
         self.layout, self.scale, self.skip, self.drop = layout, scale, skip, drop
+        self.part = part
         self.source, self.target, self.total = (layout.allocate() for _ in range(3))
         self._cells = math.prod(layout.shape)
         self._forget()
@@ -84,6 +96,24 @@ class LightState:
         axes = tuple(range(1, light.ndim))
         self.component_sums = light[components].sum(axis=axes)
 
+    def take_over(self, other: LightState) -> None:
+        """Go on where another one, of the same grid and scale, is; that one is dark from then on.
+
+        If this one holds less of it, the rest must be its mirror image.
+        """
+        self.reset()
+        for name in ("lit", "_touched"):
+            box = other.whole_box(getattr(other, name))
+            setattr(self, name, box if self.part is None else self.part.half_box(box))
+        touched = cells_of(self._touched)
+        for name in ("source", "target", "total"):
+            light = other.cells(getattr(other, name))
+            self.layout.view(getattr(self, name))[touched] = light[touched]
+        for name in ("norm", "start_norm", "component_sums", "_components", "_limit", "_looks"):
+            setattr(self, name, getattr(other, name))
+        self.swept, self.sweepable = other.swept, other.sweepable
+        other.reset()
+
     def lend(self) -> None:
         """Let others write anywhere in the buffers; the next reset clears them all."""
         self._touched = whole(self.layout.shape)
@@ -100,7 +130,7 @@ class LightState:
             return 1 << 30
         return BATCH if self.norm <= SUSPICIOUS_GROWTH * self.start_norm else 1
 
-    def advance(self, count: int, sweep: Sweep) -> StepSums:
+    def advance(self, count: int, sweep: AnySweep) -> StepSums:
         """`count` more steps."""
         self.sweepable += count * self._cells
         if is_empty(self.lit):
@@ -109,12 +139,17 @@ class LightState:
             # A step goes one cell far.
             self.lit = grown(self.lit, self.layout.shape, count)
             self._touched = hull(self._touched, self.lit)
-        sums = sweep.steps(self.target, self.source, self.total, count, self.lit)
+        sums = self._move(count, sweep)
         self.swept += count * cell_count(self.lit)
-        if count % 2:
-            self.source, self.target = self.target, self.source
         self.component_sums = sums.components[-1]
         self.norm = float(np.sqrt(sums.squares[-1]))
+        return sums
+
+    def _move(self, count: int, sweep: AnySweep) -> StepSums:
+        """Steps inside the box, with the newest light in `target` after them."""
+        sums = sweep.steps(self.target, self.source, self.total, count, self.lit)
+        if count % 2:
+            self.source, self.target = self.target, self.source
         return sums
 
     @property
@@ -150,9 +185,26 @@ class LightState:
             )
             raise InstabilityError(message)
 
+    def cells(self, buffer: Buffer) -> NDArray[np.floating]:
+        """All cells (size, *shape) of one of the buffers, in units of `scale`.
+
+        To be read only, before the run goes on: they may be the buffer's own.
+        """
+        light = self.layout.view(buffer)
+        return light if self.part is None else self.part.whole(light)
+
+    def light(self, name: str) -> Patch:
+        """All that is lit of "source", "target" or "total"; to be read only."""
+        box = self.whole_box(self._touched)
+        return Patch(self.cells(getattr(self, name))[cells_of(box)], box)
+
+    def whole_box(self, box: Box) -> Box:
+        """The smallest box round a box of the buffers, and its images, in the whole grid."""
+        return box if self.part is None else self.part.whole_box(box)
+
     def values(self, buffer: Buffer) -> NDArray[np.floating]:
         """The cells (size, *shape) of one of the buffers, scaled as the light really is."""
-        return self.layout.view(buffer) * self.layout.dtype.type(self.scale)
+        return self.cells(buffer) * self.layout.dtype.type(self.scale)
 
 
 def light_scale(pattern: Values) -> float:

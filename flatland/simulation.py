@@ -8,24 +8,22 @@ from numbers import Integral
 import numpy as np
 from numpy.typing import NDArray
 
+from flatland.devices import find_device
 from flatland.errors import bad_input
 from flatland.field import Field
 from flatland.grid import Grid
 from flatland.harmonics import basis_for
-from flatland.injection import independent_spectra, inject, most_spectra
-from flatland.kernels import Layout
 from flatland.ledger import Ledger
 from flatland.level import PRECISIONS
 from flatland.level_view import LevelView
 from flatland.light_state import LightState, light_scale
 from flatland.medium_step import warn_of_spread
-from flatland.memory import require_memory
-from flatland.occlusion import Walls, given_occlusion, without_first_bounces
+from flatland.occlusion import Walls, given_occlusion
 from flatland.octree import LevelRules, Octree
-from flatland.patch import Patch
 from flatland.scene import Scene
 from flatland.skipped import Skip, skipped
 from flatland.solvers import SolveReport
+from flatland.spectra import require_range, require_room, spectra_of
 from flatland.stencil import Scheme
 
 
@@ -45,6 +43,9 @@ class Simulation:
     patience and skip say how levels are filled, stepped and read: see LevelRules. drop: light at
     the rim of what is lit with no coefficient above this part of the largest one at the start is
     not stepped on; the ledger says how much flux that was. 0 drops nothing.
+
+    device: "cpu", or "cuda": fields live on a CUDA device, are stepped and solved there, and are
+    copied back when they are looked at. It needs CuPy. Results are the same to rounding.
 
     `target` is the newest light, `source` what it was one step before, `accumulated` the sum of
     all, S_A = Σ_i S_i, all on level 0; `level(i)` gives them on any level and `merge()` one field
@@ -75,6 +76,7 @@ class Simulation:
         patience: float = 1.0,
         skip: bool = True,
         drop: float = 0.0,
+        device: str = "cpu",
     ) -> None:
         if precision not in PRECISIONS:
             raise bad_input("precision", precision, "is unknown", PRECISIONS)
@@ -85,65 +87,32 @@ class Simulation:
             raise bad_input("drop", drop, "must be 0 in a medium, whose books need all light")
         grids = rules.grids(scene.grid)
         walls = Walls(blocking, strength, bounces, lights_block)
+        #: Where fields are stepped: its `name` is "cpu", or what the device's maker calls it.
+        self.device = find_device(device)
         self.scene, self.propagator, self.precision = scene, propagator, precision
         self.basis = basis_for(scene.grid.dimension, bands)
         self.stencil = propagator.stencil(self.basis)
         propagator.warn_if_unstable(self.stencil)
-        self._require_room(grids, blocking != "none" and len(scene.walls()) > 0)
+        blocked = blocking != "none" and len(scene.walls()) > 0
+        require_room(scene, self.stencil, grids, precision, blocked)
         if transmittance is None:
             self._occlusion = walls.occlusion(scene, self.stencil)
         else:
             self._occlusion = given_occlusion(transmittance, self.stencil, grids)
-        self._patterns, self._mixing = self._spectra()
-        scales = [light_scale(pattern.values) for pattern in self._patterns]
-        self._require_range(scales)
-        self.octree = Octree(scene, self.stencil, precision, scales, walls, self._occlusion, rules)
+        scales = self._take_lights()
+        self.octree = Octree(
+            scene, self.stencil, precision, scales, walls, self._occlusion, rules, self.device
+        )
         warn_of_spread([level.medium for level in self.octree.levels])
-        self.octree.levels[0].prepare()
+        self.octree.levels[0].prepare(self._patterns)
         self.reset()
 
-    def _require_room(self, grids: Sequence[Grid], blocked: bool) -> None:
-        """Refuse grids whose fields would not fit in memory.
-
-        Three per spectrum and level, and the pattern of light that it starts from in float64; what
-        walls leave open of each link, in float64 and as the sweep reads it.
-        """
-        spectra = max(1, self.scene.colours)
-        if not self.stencil.clamp:
-            spectra = most_spectra(self.scene)
-        number = np.dtype(self.precision)
-        layouts = [Layout(grid.shape, self.basis.size, number) for grid in grids]
-        fields = 3 * number.itemsize * sum(layout.size for layout in layouts)
-        needed = spectra * (fields + 8 * layouts[0].size)
-        if blocked:
-            links = len(self.stencil.offsets) * sum(grid.cell_count for grid in grids)
-            needed += links * (number.itemsize + 8)
-        if self.scene.medium is not None:
-            # What stays in each cell, by offset, and as the sweep reads it.
-            size, offsets = self.basis.size, len(self.stencil.offsets)
-            cells = sum(grid.cell_count for grid in grids)
-            needed += 8 * cells * size * (2 * offsets + min(size, offsets))
-        require_memory(needed, "grid.shape", self.scene.grid.shape)
-
-    def _spectra(self) -> tuple[list[Patch], NDArray[np.float64]]:
-        """The P patterns of light that are stepped and mixing (colours, P)."""
-        lights = without_first_bounces(self.scene) if self._occlusion.reflections else self.scene
-        if not (self.stencil.clamp or self._occlusion.coloured):
-            patterns, mixing = independent_spectra(lights, self.basis)
-            return [Patch.around(pattern) for pattern in patterns], mixing
-        # A clamped step is not linear, and coloured walls treat every colour in their own way:
-        # every colour goes alone.
-        values = inject(lights, self.basis).values
-        values = values if self.scene.colours else values[None]
-        return [Patch.around(colour) for colour in values], np.eye(len(values))
-
-    def _require_range(self, scales: Sequence[float]) -> None:
-        """Refuse light that the precision cannot hold, with a million to spare either way."""
-        size = float((np.abs(self._mixing) * np.array(scales)).max())
-        limits = np.finfo(self.precision)
-        if not 1e6 * float(limits.tiny) < size < 1e-6 * float(limits.max):
-            rule = f"cannot hold light of about {size:.0e} per unit angle"
-            raise bad_input("precision", self.precision, rule, ("float64",))
+    def _take_lights(self) -> list[float]:
+        """The patterns that are stepped, mixing (colours, P), and the patterns' scales."""
+        self._patterns, self._mixing = spectra_of(self.scene, self.stencil, self._occlusion)
+        scales = [light_scale(pattern.values) for pattern in self._patterns]
+        require_range(self._mixing, scales, self.precision)
+        return scales
 
     # -- actions --------------------------------------------------------------------------------
 
@@ -170,9 +139,7 @@ class Simulation:
         if self.octree.walls.lights_block:
             raise bad_input("lights_block", True, "makes walls of the lights, which cannot move")
         self.scene = self.octree.scene = scene
-        self._patterns, self._mixing = self._spectra()
-        scales = [light_scale(pattern.values) for pattern in self._patterns]
-        self._require_range(scales)
+        scales = self._take_lights()
         for level in self.octree.levels:
             level.rescale(scales)
         self.reset()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -28,7 +29,7 @@ class Skip:
 
 def skipped(simulation: Simulation) -> list[Skip]:
     """All that a simulation has skipped so far."""
-    parts = (_spectra, _walls, _couplings, _levels, _cells, _light)
+    parts = (_spectra, _walls, _couplings, _levels, _images, _cells, _light)
     return [skip for part in parts for skip in part(simulation)]
 
 
@@ -75,6 +76,17 @@ def _levels(simulation: Simulation) -> Iterator[Skip]:
         work = [level.grid.cell_count for level in levels]
         reason = f"nothing reads level {numbers}" if len(idle) == 1 else f"nothing reads {numbers}"
         yield Skip("levels", reason, sum(work[n] for n in idle) / sum(work))
+
+
+def _images(simulation: Simulation) -> Iterator[Skip]:
+    stepped = [level for level in simulation.octree.levels if level.iteration]
+    folded = [level for level in stepped if level.light.fold.axes]
+    if folded:
+        names = " and ".join("xyz"[axis] for axis in folded[0].light.fold.axes)
+        kept = sum(math.prod(level.light.fold.half_shape) for level in stepped)
+        whole = sum(level.grid.cell_count for level in stepped)
+        reason = f"light and walls are their own mirror image along {names}"
+        yield Skip("images", reason, 1 - kept / whole)
 
 
 def _cells(simulation: Simulation) -> Iterator[Skip]:

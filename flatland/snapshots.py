@@ -22,6 +22,8 @@ _CHANGING = (
     "component_sums",
     "iteration",
     "converged",
+    "fold",
+    "_settled",
     "dark",
     "solved",
     "merged",
@@ -76,7 +78,10 @@ def restore(simulation: Simulation, snapshot: Snapshot) -> None:
 
 
 def _parts(simulation: Simulation) -> Iterator[Any]:
-    """The simulation and all of it that changes."""
+    """The simulation and all of it that changes.
+
+    One after another: what a level holds depends on how it is folded.
+    """
     yield simulation
     octree = getattr(simulation, "octree", None)
     if octree is None:
@@ -85,4 +90,5 @@ def _parts(simulation: Simulation) -> Iterator[Any]:
     yield octree
     for level in octree.levels:
         yield level
+        yield level.light
         yield from level.states

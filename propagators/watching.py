@@ -27,8 +27,8 @@ def watched(watcher: Progress) -> Iterator[None]:
 
 def watcher() -> Progress:
     """Whoever watches; without any, a function that does nothing."""
-    return _watcher.get() or _nobody
+    return _watcher.get() or nobody
 
 
-def _nobody(share: float) -> None:
+def nobody(share: float) -> None:
     """Nobody watches."""

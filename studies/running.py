@@ -32,7 +32,8 @@ class Method:
     blocking, strength, bounces, lights_block: what walls do, see `Simulation`; methods that do not
     step have their own way with walls. levels, normalization, level_factors, falloff, index and
     patience: of an octree, see `Simulation`; blend: of its merge. Methods that do not step have
-    one level. drop: light that is too little to be stepped on, see `Simulation`.
+    one level, on the processor. drop: light that is too little to be stepped on; device: what steps
+    it, see `Simulation`.
     """
 
     propagator: Propagator
@@ -52,6 +53,7 @@ class Method:
     patience: float = 1.0
     blend: float | None = None
     drop: float = 0.0
+    device: str = "cpu"
 
     def steps_on(self, scene: Scene) -> int:
         return 2 * max(scene.grid.shape) if self.iterations is None else self.iterations
@@ -71,6 +73,7 @@ class Method:
             "lights_block": self.lights_block,
             **(self._level_values if self.levels > 1 else {}),
             **({"drop": self.drop} if self.drop else {}),
+            **({"device": self.device} if self.device != "cpu" else {}),
         }
 
     @property
@@ -107,6 +110,7 @@ class Method:
             index=self.index,
             patience=self.patience,
             drop=self.drop,
+            device=self.device,
         )
 
 
@@ -179,6 +183,8 @@ def run_method(
         stopped = f"{simulation.iteration} iterations"
         details = {"iterations": simulation.iteration}
     memory = MemoryUse(simulation.field_bytes, peak.taken)
+    if method.device != "cpu":
+        details["device"] = simulation.device.name
     if method.levels == 1:
         accumulated, index = simulation.accumulated, None
     else:
@@ -203,6 +209,9 @@ def _answer(scene: Scene, method: Method) -> Run:
     if method.levels != 1:
         rule = f"must be 1: {method.propagator.name} does not step"
         raise bad_input("levels", method.levels, rule)
+    if method.device != "cpu":
+        rule = f"must be cpu: {method.propagator.name} does not step"
+        raise bad_input("device", method.device, rule)
     begin = time.perf_counter()
     answer = method.propagator.answer(scene, method.bands)
     seconds = time.perf_counter() - begin

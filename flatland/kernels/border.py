@@ -21,21 +21,22 @@ def border(
 ) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
     """Cells from which light leaves the grid, as positions, and how much of each coefficient.
 
-    Weights (M, components): Σ over offsets d that lead outside of τ(x, d) T_d[0, :].
+    Weights (M, components): Σ over offsets d that lead outside of τ(x, d) T_d[0, :]. What goes
+    through a mirror stays inside.
     """
-    shape = np.asarray(layout.shape)
+    ends = np.add(layout.shape, layout.ghosts)
     edge = np.zeros(layout.shape, bool)
-    for axis, cells in enumerate(layout.shape):
-        np.moveaxis(edge, axis, 0)[[0, cells - 1]] = True
+    for axis, ghosts in enumerate(layout.ghosts):
+        np.moveaxis(edge, axis, 0)[[0] if ghosts else [0, -1]] = True
     places = np.argwhere(edge)
     weights = np.zeros((len(places), layout.components))
     flux = significant(stencil.transfer)[:, 0]
     for d, offset in enumerate(stencil.offsets):
         goal = places + offset
-        outside = np.any((goal < 0) | (goal >= shape), axis=1)
+        outside = np.any((goal < 0) | (goal >= ends), axis=1)
         passing = 1.0 if transmittance is None else transmittance[(d, *places[outside].T)][:, None]
         weights[outside] += passing * flux[d]
-    return layout.index(places), weights
+    return layout.index(places), weights * layout.copies(places)[:, None]
 
 
 def outflow_text(layout: Layout, weights: NDArray[np.float64]) -> str:

@@ -11,8 +11,9 @@ _USUAL = 32 * 2**20
 
 @cache
 def last_cache_bytes() -> int:
-    """Bytes of the largest cache; a guess where the system does not tell."""
+    """Bytes of the third level; a guess where the system does not tell, or tells 0."""
     try:
-        return max(os.sysconf("SC_LEVEL3_CACHE_SIZE"), os.sysconf("SC_LEVEL2_CACHE_SIZE")) or _USUAL
+        told = os.sysconf("SC_LEVEL3_CACHE_SIZE")
     except (AttributeError, OSError, ValueError):
         return _USUAL
+    return told if told > 0 else _USUAL

@@ -9,7 +9,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from flatland.kernels.box import Box
+from flatland.kernels.box import Box, cells_of, whole
 from flatland.kernels.layout import Layout
 from flatland.kernels.reports import Buffer, StepSums
 from flatland.stencil import Stencil
@@ -30,9 +30,10 @@ class _Links:
 
     @classmethod
     def where(cls, share: Array, layout: Layout) -> _Links:
-        """Those of share (K, *shape) that are not zero."""
+        """Those of share (K, *shape) that are not zero; cells on a mirror count half."""
         places = np.argwhere(share)
-        return cls(layout.index(places[:, 1:]), places[:, 0], share[tuple(places.T)])
+        cells, shares = places[:, 1:], share[tuple(places.T)]
+        return cls(layout.index(cells), places[:, 0], shares * layout.copies(cells))
 
 
 class ClampedFluxes:
@@ -50,11 +51,12 @@ class ClampedFluxes:
         self._stride = layout.component_stride
         leaving = np.ones((len(stencil.offsets), *layout.shape))
         for share, offset in zip(leaving, stencil.offsets):
-            share[_staying(layout.shape, offset)] = 0.0
+            share[_staying(layout, offset)] = 0.0
         stopped = None
         if transmittance is not None:
-            stopped = _Links.where(1.0 - transmittance, layout)
-            leaving *= transmittance
+            passing = transmittance[cells_of(whole(layout.shape))]
+            stopped = _Links.where(1.0 - passing, layout)
+            leaving *= passing
         self._leaving, self._stopped = _Links.where(leaving, layout), stopped
 
     def left(self, source: Buffer) -> float:
@@ -87,9 +89,10 @@ def clamped_steps(
     return StepSums.joined(reports)
 
 
-def _staying(shape: tuple[int, ...], offset: NDArray[np.int64]) -> tuple[slice, ...]:
-    """Cells whose neighbour at `offset` is in the grid."""
-    return tuple(slice(max(0, -o), n - max(0, o)) for n, o in zip(shape, offset))
+def _staying(layout: Layout, offset: NDArray[np.int64]) -> tuple[slice, ...]:
+    """Cells whose neighbour at `offset` is in the grid, or in the mirror."""
+    sides = zip(layout.shape, layout.ghosts, offset)
+    return tuple(slice(max(0, -o), n - max(0, o - ghosts)) for n, ghosts, o in sides)
 
 
 @njit(cache=True, error_model="numpy", nogil=True)

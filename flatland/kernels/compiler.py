@@ -20,7 +20,8 @@ _SIGNATURES: dict[str, list[type[Any]]] = {
     + [_INTEGER]
     + [_POINTER] * 2
     + [_INTEGER] * 2
-    + [_POINTER, _INTEGER, _POINTER],
+    + [_POINTER, _INTEGER]
+    + [_POINTER] * 3,
     "multiply": [_POINTER, _INTEGER],
 }
 #: Compiled texts kept in memory; the oldest go first.

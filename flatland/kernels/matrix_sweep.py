@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from flatland.kernels.layout import Layout
+from flatland.kernels.mirroring import Mirrors
 from flatland.kernels.reports import StepSums
 from flatland.stencil import Stencil
 
@@ -26,7 +28,7 @@ class MatrixSweep:
         self.matrices = stencil.transfer.astype(layout.dtype)
         self.offsets = stencil.offsets
         self.stencil = stencil
-        self._open = Layout(layout.shape, len(stencil.offsets), layout.dtype)
+        self._open = replace(layout, components=len(stencil.offsets))
 
     def apply(self, source: Buffer, target: Buffer) -> None:
         """Write A S into `target`; its border stays zero."""
@@ -45,6 +47,7 @@ class MatrixSweep:
         count: int,
         sums: Sequence[int],
         outflow: Callable[[Buffer], float],
+        mirrors: Mirrors | None,
     ) -> StepSums:
         """See `Sweep.steps`. sums: components to report. outflow: what leaves the grid."""
         rows = np.zeros((count, len(sums) + 2))
@@ -55,6 +58,8 @@ class MatrixSweep:
             cells = self.layout.view(target)
             row[: len(sums)] = cells[list(sums)].sum(tuple(range(1, cells.ndim)), dtype=float)
             row[-2] = np.square(cells).sum(dtype=float)
+            if mirrors is not None:
+                mirrors.fill(target, row)
             source, target = target, source
         return StepSums(rows[:, :-2], rows[:, -2], rows[:, -1])
 

@@ -51,6 +51,7 @@ class Reflector:
     def __init__(self, reflection: Reflection, stencil: Stencil, layout: Layout) -> None:
         self.stencil, self.stride = stencil, layout.component_stride
         self._index = layout.index(reflection.cells)
+        self._copies = layout.copies(reflection.cells)
         self._rows = sent_rows(stencil)
         lobes = reflection.lobes
         # What a medium alone sends back is the same in all directions: no other component changes.
@@ -68,7 +69,8 @@ class Reflector:
 
     def add(self, source: Buffer, target: Buffer, factor: float) -> None:
         """target += factor · (what comes back of `source`)."""
-        _add(self._sent(source), self._factors, self._index, self.stride, factor, target, None)
+        places = (self._index, self.stride, self._copies)
+        _add(self._sent(source), self._factors, *places, factor, target, None)
 
     def step(self, source: Buffer, target: Buffer, total: Buffer) -> Array:
         """Add to the newest light and to the total; returns changes (size + 2,) of their sums.
@@ -76,7 +78,8 @@ class Reflector:
         Per component; of the sum of all squares; and the flux that came back.
         """
         sent = self._sent(source)
-        found = _add(sent, self._factors, self._index, self.stride, 1.0, target, total)
+        places = (self._index, self.stride, self._copies)
+        found = _add(sent, self._factors, *places, 1.0, target, total)
         changes = np.zeros(self._rows.shape[1] + 2)
         changes[: found.size - 2], changes[-2:] = found[:-2], found[-2:]
         return changes
@@ -119,7 +122,9 @@ def _linear_fluxes(source, index, stride, rows):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def _add(sent, factors, index, stride, factor, target, total):  # type: ignore[no-untyped-def]
+def _add(  # type: ignore[no-untyped-def]
+    sent, factors, index, stride, copies, factor, target, total
+):
     size = factors.shape[1]
     report = np.zeros(size + 2)
     for m in range(index.size):
@@ -134,7 +139,7 @@ def _add(sent, factors, index, stride, factor, target, total):  # type: ignore[n
             new = float(target[at])
             if total is not None:
                 total[at] += factor * share
-            report[k] += new - old
-            report[size] += new * new - old * old
+            report[k] += copies[m] * (new - old)
+            report[size] += copies[m] * (new * new - old * old)
     report[size + 1] = report[0]
     return report

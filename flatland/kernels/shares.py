@@ -34,7 +34,8 @@ def packed_shares(
 ) -> NDArray[np.floating]:
     """τ of what arrives in cells that walls are near, and where it lies.
 
-    transmittance: (K, *shape), of what leaves. everywhere: in all cells. First, for every vector
+    transmittance: (K, *shape), of what leaves, with the layers of images that the layout has.
+    everywhere: in all cells. First, for every vector
     of cells, the number of its block as a 32-bit integer, -1 where all that arrives is open: such
     cells need no τ, and in most scenes most are such. Then blocks (K, lanes), one after another:
     apart, as many streams through memory as there are neighbours, they took three times as long to
@@ -47,8 +48,9 @@ def packed_shares(
     near[:, layout.width // lanes :] = True
     gathered = []
     for share, offset in zip(transmittance, offsets):
-        stay = tuple(slice(max(0, -o), n - max(0, o)) for o, n in zip(offset, layout.shape))
-        arrive = tuple(slice(max(0, o), n - max(0, -o)) for o, n in zip(offset, layout.shape))
+        ends = [min(n, all_ + o) for o, n, all_ in zip(offset, layout.shape, share.shape)]
+        arrive = tuple(slice(max(0, o), end) for o, end in zip(offset, ends))
+        stay = tuple(slice(max(0, -o), end - o) for o, end in zip(offset, ends))
         view[...] = 1
         view[arrive] = share[stay]
         blocks = arriving.reshape(layout.rows, vectors, lanes)

@@ -35,7 +35,7 @@ end:
 
 define void @steps(ptr %S, ptr %T, ptr %X, ptr %tau, i64 %first_row, i64 %last_row, ptr %box,
                    ptr %sums, i64 %count, ptr %cells, ptr %weights, i64 %first_cell, i64 %last_cell,
-                   ptr %counter, i64 %parties, ptr %yield) {{
+                   ptr %counter, i64 %parties, ptr %yield, ptr %mirror, ptr %rule) {{
 entry:
   br label %step
 step:
@@ -50,7 +50,7 @@ step:
   store double %left, ptr %left_pointer
   call void @sweep(ptr %source, ptr %target, ptr %X, ptr %tau, i64 %first_row, i64 %last_row,
                    ptr %box, ptr %here)
-  %next_s = add i64 %s, 1
+{images}  %next_s = add i64 %s, 1
   %goal = mul i64 %next_s, %parties
   call void @wait(ptr %counter, i64 %goal, ptr %yield)
   %more = icmp slt i64 %next_s, %count
@@ -60,10 +60,16 @@ end:
 }}
 """
 
+_IMAGES = """\
+  call void %mirror(ptr %target, ptr %rule, ptr %box, i64 %first_row, i64 %last_row, ptr %here)
+"""
 
-def stepping_text(sums: int) -> str:
+
+def stepping_text(sums: int, mirrors: bool = False) -> str:
     """Assembly of `steps`, to follow that of `sweep` and `outflow`.
 
-    sums: numbers that a step reports: sums of components, sum of squares, flux that left.
+    sums: numbers that a step reports: sums of components, sum of squares, flux that left. mirrors:
+    each sweep is followed by a call for images, see `mirroring`.
     """
-    return _TEMPLATE.format(spins=_SPINS, sums=sums, last_sum=sums - 1)
+    images = _IMAGES if mirrors else ""
+    return _TEMPLATE.format(spins=_SPINS, sums=sums, last_sum=sums - 1, images=images)

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import ctypes
-import math
-from collections.abc import Callable
 from copy import copy
 from dataclasses import replace
 from functools import cached_property
@@ -13,19 +11,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flatland.kernels.arrivals import written_operations
-from flatland.kernels.assembly import SweepText
-from flatland.kernels.border import border, outflow_text
-from flatland.kernels.box import Box, cell_count, sweep_box, touches_border, whole
+from flatland.kernels.border import border
+from flatland.kernels.box import Box, touches_border, whole
 from flatland.kernels.cache import last_cache_bytes
 from flatland.kernels.clamping import ClampedFluxes, clamped_steps
-from flatland.kernels.compiler import compile_text
 from flatland.kernels.layout import VECTOR_BYTES, Layout
 from flatland.kernels.matrix_sweep import MatrixSweep
+from flatland.kernels.mirroring import Mirrors
+from flatland.kernels.programs import Programs
 from flatland.kernels.recipe import Recipe
 from flatland.kernels.reflection import Reflection, Reflector
 from flatland.kernels.reports import Buffer, StepSums
 from flatland.kernels.shares import is_written_twice, packed_shares
-from flatland.kernels.stepping import stepping_text
 from flatland.kernels.threads import address, rows_of, run_shared, thread_count, yield_address
 from flatland.stencil import Stencil
 
@@ -37,13 +34,6 @@ LARGEST_TEXT = 6000
 #: that size, so that only steps of 0.1 ms and more are shared.
 _WORTH_SHARING_BATCH = 1_000_000
 _WORTH_SHARING_CALL = 3_000_000
-#: Multiply-adds, of light that is not there, in the time that it takes to compile other steps.
-_COMPILING = 200_000_000
-#: Operations of a step over the whole grid from which steps for a box are compiled before the first
-#: one, and the part of its cells that light may begin in.
-_LARGE_STEP, _SMALL_PART = 10_000_000, 16
-#: Whole planes are taken for a box that has all but one part in so many of their cells.
-_WORTH_A_BOX = 3
 
 
 class Sweep:
@@ -51,6 +41,9 @@ class Sweep:
 
     transmittance: (K, *shape), τ(x, d) of light that leaves x along offset d; None: nothing blocks.
     sums: components whose sum over cells every step reports.
+
+    On a layout with mirrors, τ is given with the layers of images, and `steps` reports sums over
+    the whole field. `combine` knows no mirrors.
     """
 
     #: What walls send back; see `reflecting`.
@@ -77,43 +70,23 @@ class Sweep:
             everywhere = not is_written_twice(self.operations)
             self.transmittance = packed_shares(stencil.offsets, layout, transmittance, everywhere)
         self._tau_address = address(self.transmittance)
-        self._rows, self._whole = sweep_box(layout, whole(layout.shape))
         self.border_cells, self.border_weights = border(stencil, layout, transmittance)
-        #: What a solver keeps between right-hand sides.
-        self.hierarchy: object | None = None
+        self._mirrors = Mirrors(layout, stencil.basis, sums) if any(layout.mirrors) else None
+        #: What a solver keeps between right-hand sides; tame: that nothing grows among the walls.
+        self.tame = False
         self.prepared: set[str] = set()
         self.known: tuple[Buffer, Buffer] | None = None
         self.double: tuple[bytes | None, Sweep] | None = None
-        #: What was compiled, kept as long as it may be called.
-        self._code: list[object] = []
-        self._wasted = 0
         if self.by_matrices:
             self._matrices = MatrixSweep(stencil, layout, self.transmittance)
             return
-        self._steps = self._compiled(self.recipe)
+        self.programs = Programs(stencil, layout, self.recipe, self.border_weights)
+        _ = self.programs.steps
 
     def prepare(self, lit: Box) -> None:
-        """Compile steps for a box ahead, where light begins in a small part of a large grid."""
-        cells = math.prod(self.layout.shape)
-        large = not self.by_matrices and cells * self.operations > _LARGE_STEP
-        if large and cell_count(lit) * _SMALL_PART < cells:
-            _ = self._steps_in_box
-
-    @cached_property
-    def _steps_in_box(self) -> Callable[..., None]:
-        return self._compiled(replace(self.recipe, boxed=True, large=False))
-
-    @cached_property
-    def _steps_anywhere(self) -> Callable[..., None]:
-        """For buffers that do not begin on a vector."""
-        return self._compiled(replace(self.recipe, large=False))
-
-    def _compiled(self, recipe: Recipe) -> Callable[..., None]:
-        text = SweepText(self.stencil, self.layout, recipe).text()
-        text += outflow_text(self.layout, self.border_weights) + stepping_text(self._width)
-        code = compile_text(text)
-        self._code.append(code)
-        return code.function("steps")
+        """Compile ahead what steps in a box need."""
+        if not self.by_matrices:
+            self.programs.prepare(lit)
 
     @cached_property
     def clamped(self) -> ClampedFluxes:
@@ -138,17 +111,19 @@ class Sweep:
         `source` and `target` are zero and stay so; what lies outside is not touched.
         """
         if self._reflector is not None:
-            return self._reflected_steps(source, target, total, count, lit)
-        if self.stencil.clamp:
-            return clamped_steps(self, source, target, total, count, lit)
-        return self.plain_steps(source, target, total, count, lit)
+            report = self._reflected_steps(source, target, total, count, lit)
+        elif self.stencil.clamp:
+            report = clamped_steps(self, source, target, total, count, lit)
+        else:
+            report = self.plain_steps(source, target, total, count, lit)
+        return report if self._mirrors is None else self._mirrors.of_whole(report)
 
     def reflecting(self, reflection: Reflection | None) -> Sweep:
         """This sweep followed by a reflection; shares the compiled code."""
         if reflection is None:
             return self
         twin = copy(self)
-        twin.hierarchy, twin.known, twin.double = None, None, None
+        twin.tame, twin.known, twin.double = False, None, None
         twin.prepared = set()
         twin.reflection = reflection
         twin._reflector = Reflector(reflection, self.stencil, self.layout)
@@ -186,20 +161,26 @@ class Sweep:
         lit: Box | None = None,
     ) -> StepSums:
         """Steps whose `left` is that of the stencil's transfer matrices."""
+        images = (0, 0)
+        if self._mirrors is not None:
+            images = self._mirrors.addresses
+            for buffer in (source, target):  # others may have written there
+                self._mirrors.fill(buffer)
         if self.by_matrices:
             return self._matrices.steps(
-                source, target, total, count, self.recipe.sums, self.outflow
+                source, target, total, count, self.recipe.sums, self.outflow, self._mirrors
             )
         lit = lit or whole(self.layout.shape)
-        steps, rows, box = self._rows_of(lit, count)
+        steps, rows, box = self.programs.for_box(lit, count)
         border_cells = len(self.border_cells) if touches_border(lit, self.layout.shape) else 0
         worth = _WORTH_SHARING_CALL if count == 1 else _WORTH_SHARING_BATCH
         parties = self._parties(worth, len(rows), len(rows) * int(box[4] - box[3]))
         sums = np.zeros((parties, count, self._width))
         counter = np.zeros(1, np.int64)
         fields = [address(buffer) for buffer in (source, target, total, self.transmittance)]
-        if steps is self._steps and self.recipe.large and any(at % VECTOR_BYTES for at in fields):
-            steps = self._steps_anywhere
+        cut = self.recipe.large and any(at % VECTOR_BYTES for at in fields)
+        if cut and steps is self.programs.steps:
+            steps = self.programs.steps_anywhere
         border = [address(self.border_cells), address(self.border_weights)]
 
         def part(party: int, running: int) -> None:
@@ -207,30 +188,12 @@ class Sweep:
             cells = rows_of(party, running, border_cells)
             steps(
                 *fields, *own, address(box), sums[party].ctypes.data, count, *border, *cells,
-                counter.ctypes.data, running, yield_address(),
+                counter.ctypes.data, running, yield_address(), *images,
             )  # fmt: skip
 
         run_shared(part, parties)
         joined = sums.sum(axis=0)
         return StepSums(joined[:, :-2], joined[:, -2], joined[:, -1])
-
-    def _rows_of(
-        self, lit: Box, count: int
-    ) -> tuple[Callable[..., None], range, NDArray[np.int64]]:
-        """Compiled steps for a box, the rows that they count, and their place.
-
-        Whole planes take the steps that know how long a row is. Those for any box are compiled
-        once the work that they would have saved is as much as compiling them.
-        """
-        in_box, box = sweep_box(self.layout, lit)
-        per_plane = self._rows // self.layout.shape[0]
-        planes = range(lit[0][0] * per_plane, lit[0][1] * per_plane)
-        spared = len(planes) * self.layout.width - in_box * int(box[4] - box[3])
-        self._wasted += count * max(0, spared) * self.operations
-        paid = self._wasted > _COMPILING or "_steps_in_box" in self.__dict__
-        if spared * _WORTH_A_BOX > len(planes) * self.layout.width and paid:
-            return self._steps_in_box, range(in_box), box
-        return self._steps, planes, self._whole
 
     def linear(self) -> Sweep:
         """The same sweep without clamping."""
@@ -258,21 +221,14 @@ class Sweep:
 
         Looking up one address takes 2 µs, as long as the whole sweep of a coarse grid.
         """
-        call, tau, box = self._combine, self._tau_address, self._whole.ctypes.data
-        numbers = (ctypes.c_double * 3)(*factors)
+        programs, tau = self.programs, self._tau_address
+        box, numbers = programs.whole_box.ctypes.data, (ctypes.c_double * 3)(*factors)
+        call, rows = programs.combine, programs.rows
 
         def part(party: int, running: int) -> None:
-            call(source, target, rest, tau, *rows_of(party, running, self._rows), box, numbers)
+            call(source, target, rest, tau, *rows_of(party, running, rows), box, numbers)
 
-        parties = self._parties(_WORTH_SHARING_CALL, self._rows, self._rows * self.layout.width)
-        run_shared(part, parties)
-
-    @cached_property
-    def _combine(self) -> Callable[..., None]:
-        text = SweepText(self.stencil, self.layout, replace(self.recipe, kind="combine")).text()
-        code = compile_text(text)
-        self._code.append(code)
-        return code.function("sweep")
+        run_shared(part, self._parties(_WORTH_SHARING_CALL, rows, rows * self.layout.width))
 
     def outflow(self, source: Buffer) -> float:
         """Flux (in units of coefficient 0) that one step from `source` loses over the border."""
@@ -287,5 +243,5 @@ class Sweep:
         """τ in the layout of the fields, its border 1 (only zeros come from there)."""
         layout = replace(self.layout, components=len(self.stencil.offsets))
         buffer = layout.allocate()
-        layout.view(buffer)[...] = transmittance
+        layout.view(buffer, images=True)[...] = transmittance
         return buffer

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from flatland.devices import PROCESSOR, Device
 from flatland.errors import SchemeWarning
 from flatland.level import Level
 from flatland.occlusion import Occlusion, Walls
@@ -35,8 +36,8 @@ class Octree:
     itself, look at the `index` volume, `merge`. Numbers of level i are in units of level 0's
     cells: the mean over its children, times the level's factor (see LevelRules).
 
-    scales: per spectrum, see Level. Levels that no merge could read are left behind, and catch up
-    when somebody looks at them; what is seen is the same either way.
+    scales: per spectrum, and device: see Level. Levels that no merge could read are left behind,
+    and catch up when somebody looks at them; what is seen is the same either way.
     """
 
     def __init__(
@@ -48,6 +49,7 @@ class Octree:
         walls: Walls,
         occlusion: Occlusion,
         rules: LevelRules,
+        device: Device = PROCESSOR,
     ) -> None:
         self.scene, self.stencil, self.rules, self.walls = scene, stencil, rules, walls
         self.factors = rules.injection_factors()
@@ -56,7 +58,17 @@ class Octree:
         stencils = [stencil, *(stencil.scaled(factor) for factor in self.step_factors[1:])]
         blocked = [occlusion] + [Occlusion()] * (rules.count - 1)
         self.levels = [
-            Level(grid, own, precision, scales, walls_there, rules.skip, scene.medium, rules.drop)
+            Level(
+                grid,
+                own,
+                precision,
+                scales,
+                walls_there,
+                rules.skip,
+                scene.medium,
+                rules.drop,
+                device,
+            )
             for grid, own, walls_there in zip(rules.grids(scene.grid), stencils, blocked)
         ]
         self.has_geometry = rules.count == 1 or occlusion.transmittance is None
@@ -91,11 +103,10 @@ class Octree:
         """
         finest = self.levels[0]
         dimension = finest.grid.dimension
-        view = finest.layout.view
-        newest = [np.array(view(state.target)) for state in finest.states]
+        newest = [np.array(cells) for cells in finest.cells("target")]
         passed = None
         if finest.iteration or finest.solved:
-            passed = [view(state.total) - new for state, new in zip(finest.states, newest)]
+            passed = [all_ - new for all_, new in zip(finest.cells("total"), newest)]
         for number, level in enumerate(self.levels[1:], 1):
             newest = [halved(values, dimension) for values in newest]
             passed = None if passed is None else [halved(values, dimension) for values in passed]

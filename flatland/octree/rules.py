@@ -37,7 +37,8 @@ class LevelRules:
     where all coefficients are at most this part of the largest that the level started with.
     skip: what no merge can read is not propagated: cells that light has not reached, on any level,
     and levels that no place is read from, until somebody looks at them. Fields are the same bit
-    for bit.
+    for bit. On large grids, nor is what is the mirror image of another part; fields then are the
+    same to rounding.
     """
 
     count: int = 1

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from flatland.kernels import Sweep
+from flatland.kernels.any_sweep import AnySweep
 from flatland.kernels.reports import Buffer
 from flatland.solvers.vectors import norm
 from flatland.solvers.watching import applied
@@ -17,7 +17,7 @@ _STEPS, _LOOKS = 32, 16
 _SETTLED = 1e-5
 
 
-def may_grow(sweep: Sweep, answer: Buffer) -> bool:
+def may_grow(sweep: AnySweep, answer: Buffer) -> bool:
     """Whether a solution of (1 − A) S_A = S_0 may be no sum of light, from cheap signs.
 
     Only reflecting walls can make it so. What grows by λ > 1 a step is in the solution with the
@@ -37,7 +37,7 @@ def may_grow(sweep: Sweep, answer: Buffer) -> bool:
     return bool(np.abs(np.linalg.eigvals(blocks)).max(initial=0.0) > 1 + _SETTLED)
 
 
-def growth_factor(sweep: Sweep, light: Buffer) -> float:
+def growth_factor(sweep: AnySweep, light: Buffer) -> float:
     """Factor by which a step multiplies this light in the long run, if above 1; else 0.
 
     By the power method: what grows outlives the rest.

@@ -6,7 +6,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from flatland.kernels import Reflection, Sweep
+from flatland.kernels import Reflection
+from flatland.kernels.any_sweep import AnySweep
 from flatland.kernels.reports import Buffer
 
 Cells = NDArray[np.bool_]
@@ -15,7 +16,7 @@ Cells = NDArray[np.bool_]
 _ROUNDING = 1e-12
 
 
-def lighted_cells(sweep: Sweep, source: Buffer) -> Cells:
+def lighted_cells(sweep: AnySweep, source: Buffer) -> Cells:
     """Cells (*shape) that light from a source ever gets to."""
     shape = sweep.layout.shape
     lit = (sweep.layout.view(source) != 0).any(axis=0)

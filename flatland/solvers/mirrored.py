@@ -169,22 +169,6 @@ def _largest_factor(number: int) -> int:
     return largest
 
 
-def is_mirror_symmetric(stencil: Stencil) -> bool:
-    """Whether the scheme treats every direction and its mirror image alike."""
-    parities = stencil.basis.parities
-    transfers = {tuple(o): t for o, t in zip(stencil.offsets.tolist(), stencil.transfer)}
-    size = np.abs(stencil.transfer).max(initial=0.0)
-    for offset, transfer in transfers.items():
-        for axis in range(stencil.basis.dimension):
-            image = list(offset)
-            image[axis] *= -1
-            signs = np.outer(parities[:, axis], parities[:, axis])
-            other = transfers.get(tuple(image))
-            if other is None or np.abs(signs * transfer - other).max() > 1e-10 * size:
-                return False
-    return True
-
-
 def spectrum_bytes(stencil: Stencil, shape: tuple[int, ...]) -> int:
     """Memory for the spectrum, the kernel and the waves of a stencil."""
     size = stencil.basis.size

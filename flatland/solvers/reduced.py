@@ -10,10 +10,11 @@ from flatland.kernels.reports import Buffer
 from flatland.memory import available_memory
 from flatland.solvers.edges import Edges
 from flatland.solvers.gmres import flexible_gmres
-from flatland.solvers.mirrored import Mirrored, Waves, is_mirror_symmetric, spectrum_bytes
+from flatland.solvers.mirrored import Mirrored, Waves, spectrum_bytes
 from flatland.solvers.patches import Patches, largest_count
 from flatland.solvers.watching import applied
 from flatland.stencil import Stencil
+from flatland.symmetry import is_mirror_symmetric
 
 Array = NDArray[np.float64]
 
@@ -75,13 +76,22 @@ class Reduced:
         rest = np.concatenate([-self.edges.difference(free).ravel(), missing.ravel()])
         wanted = max(_GAIN * length, goal / size) / max(float(np.linalg.norm(rest)), 1e-300)
         tolerance = min(max(wanted, _PRECISION), 0.5)
+        edges, iterations = self._at_the_edges(rest, tolerance)
+        found = free + self._between_mirrors(edges)[0]
+        self.layout.view(answer)[...] += size * found[self._inside]
+        return iterations
+
+    def _at_the_edges(self, rest: Array, tolerance: float) -> tuple[Array, int]:
+        """An approximate solution of (1 + U P) x = rest, and iterations."""
         precondition = _copy if self.patches is None else self.patches.precondition
+        if self.patches is not None and self.patches.whole:
+            answer = np.empty_like(rest)
+            precondition(rest, answer)
+            return answer, 1
         outcome = flexible_gmres(
             self.apply, precondition, rest, tolerance, _ITERATIONS, _ITERATIONS
         )
-        found = free + self._between_mirrors(outcome.answer)[0]
-        self.layout.view(answer)[...] += size * found[self._inside]
-        return outcome.iterations
+        return outcome.answer, outcome.iterations
 
     def apply(self, values: Array, result: Array) -> None:
         """1 + U P in the cells (M, size), and what endless waves (W, size) lack, as one vector."""

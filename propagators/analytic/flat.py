@@ -26,15 +26,25 @@ from propagators.analytic.geometry import Geometry, read_geometry
 from propagators.analytic.irradiance import SurfaceLight, irradiance_at
 from propagators.analytic.lighting import collect_all
 from propagators.analytic.radiosity import Bounced, all_emitters, bounce
+from propagators.watching import Progress, watcher
 
 Array = NDArray[np.float64]
 
+#: Share of the work on a field that is done once walls know what they send back.
+_BOUNCES = 0.1
+
 
 class FlatAnswer:
-    """Closed form in angle and in space (see `Analytic`). element: cells; bounces: see there."""
+    """Closed form in angle and in space (see `Analytic`). element: cells; bounces: see there.
 
-    def __init__(self, scene: Scene, element: float, bounces: bool) -> None:
+    progress: gets the share done; by default, whoever watches does.
+    """
+
+    def __init__(
+        self, scene: Scene, element: float, bounces: bool, progress: Progress | None = None
+    ) -> None:
         self.scene, self.element, self.bounces = scene, element, bounces
+        self._report = progress or watcher()
 
     def field(self, bands: int) -> Field:
         return self._field(bands, self.element)
@@ -106,6 +116,7 @@ class FlatAnswer:
         return per_colour(self.scene, flux.T)
 
     def _field(self, bands: int, element: float) -> Field:
+        self._report(0.0)
         geometry, bounced = self._read(element)
         grid, basis = self.scene.grid, CircularHarmonics(bands)
         colours = geometry.radiance.shape[1]
@@ -113,10 +124,14 @@ class FlatAnswer:
         needed = grid.cell_count * (16 + 2 * colours * basis.size) * 8
         require_memory(needed, "bands", bands)
         outlines = geometry.cell_outlines()
-        moments = collect_all(geometry, outlines, basis.bands, bounced)
+        moments = collect_all(geometry, outlines, basis.bands, bounced, self._after_bounces)
+        self._report(1.0)
         moments /= np.where(basis.degrees > 0, np.sqrt(np.pi), np.sqrt(2 * np.pi))
         values = moments.reshape(*grid.shape, colours, basis.size).transpose(2, 3, 0, 1)
         return Field(grid, basis, per_colour(self.scene, np.ascontiguousarray(values)))
+
+    def _after_bounces(self, share: float) -> None:
+        self._report(_BOUNCES + (1 - _BOUNCES) * share)
 
     def _read(self, element: float = 0.0) -> tuple[Geometry, Bounced | None]:
         """The scene's arrays and, if anything reflects, what its walls send back."""

@@ -20,9 +20,14 @@ from propagators.analytic.compiling import inner, parties_for, shared
 from propagators.analytic.shafts import distance_to, keep_between
 from propagators.analytic.strings import add_string, turn_moments
 from propagators.analytic.targets import receive
+from propagators.analytic.tiles import bounds, keep_for_box, tiles_of
+from propagators.watching import Progress
 
 Vector = NDArray[np.float64]
 Counts = NDArray[np.int64]
+
+#: Reports on the way, at most.
+_REPORTS = 50
 
 
 def collect_panel_light(
@@ -33,20 +38,28 @@ def collect_panel_light(
     radiance: Vector,
     walls: Vector,
     bands: int,
+    report: Progress,
 ) -> Vector:
     """Moments (G, C, 2 bands - 1) of the light of panels on groups of targets (G, P, 4).
 
     panels, first, elements: as in `exchange_matrix`. radiance: (K, C), flux per angle and cell
-    length of each element. The same as `collect_light` with the elements as emitters, sooner.
+    length of each element. report: gets the share done. The same as `collect_light` with the
+    elements as emitters, sooner.
     """
     parts, counts = front_parts(panels, walls)
     result = np.zeros((len(targets), radiance.shape[1], 2 * bands - 1))
+    order, starts = tiles_of(targets)
+    lights = panels, first, elements, radiance
+    parties = parties_for(len(targets))
+    together = max(parties, -(-len(starts) // _REPORTS))
+    for begin in range(0, len(starts) - 1, together):
+        tiles = starts[begin : begin + together + 1]
 
-    def collect(party: int, parties: int) -> None:
-        lights = panels, first, elements, radiance
-        _collect(party, parties, targets, *lights, parts, counts, result)
+        def collect(party: int, running: int, tiles: Counts = tiles) -> None:
+            _collect(party, running, order, tiles, targets, *lights, parts, counts, result)
 
-    run_shared(collect, parties_for(len(targets)))
+        run_shared(collect, min(parties, len(tiles) - 1))
+        report(min(1.0, (begin + together) / (len(starts) - 1)))
     return result
 
 
@@ -54,6 +67,8 @@ def collect_panel_light(
 def _collect(
     party: int,
     parties: int,
+    order: Counts,
+    tiles: Counts,
     targets: Vector,
     panels: Vector,
     first: Counts,
@@ -65,19 +80,28 @@ def _collect(
 ) -> None:
     work, kept = make_scratch(parts.shape[1]), np.empty(parts.shape[1:])
     moments, local = np.empty(result.shape[2]), np.empty(result.shape[1:])
-    for g in range(party, targets.shape[0], parties):
-        for p in range(targets.shape[1]):
-            target = targets[g, p]
-            local.fill(0.0)
-            for n in range(panels.shape[0]):
-                left = keep_between(target, panels[n], parts[n], counts[n], kept)
-                low, high = first[n], first[n + 1]
-                if left == 0:
-                    _add_open(target, panels[n], elements, low, high, radiance, moments, local)
-                for k in range(low, high if left > 0 else low):
-                    if receive(target, elements[k], kept, left, work, moments):
-                        _add(radiance[k], moments, result[g])
-            _turn_and_add(target, local, result[g])
+    near, numbers = np.empty(parts.shape), np.empty(panels.shape[0], np.int64)
+    box, strings = np.empty(4), np.empty((2, 4))
+    for tile in range(party, tiles.size - 1, parties):
+        groups = order[tiles[tile] : tiles[tile + 1]]
+        bounds(targets, groups, box)
+        for n in range(panels.shape[0]):
+            numbers[n] = keep_for_box(box, panels[n], parts[n], counts[n], strings, near[n])
+        for g in groups:
+            for p in range(targets.shape[1]):
+                target = targets[g, p]
+                local.fill(0.0)
+                for n in range(panels.shape[0]):
+                    if numbers[n] < 0:
+                        continue
+                    left = keep_between(target, panels[n], near[n], numbers[n], kept)
+                    low, high = first[n], first[n + 1]
+                    if left == 0:
+                        _add_open(target, panels[n], elements, low, high, radiance, moments, local)
+                    for k in range(low, high if left > 0 else low):
+                        if receive(target, elements[k], kept, left, work, moments):
+                            _add(radiance[k], moments, result[g])
+                _turn_and_add(target, local, result[g])
 
 
 @inner

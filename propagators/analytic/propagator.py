@@ -85,8 +85,8 @@ class Analytic(Propagator):
 
         tolerance is there for the common signature: in 2D the closed form meets any that float64
         can, in 3D the option of that name counts. Where walls reflect, `element` sets an error of
-        its own. progress: called with the share done, in 3D;
-        by default, whoever watches is (`propagators.watching`).
+        its own. progress: called with the share done; by default, whoever watches is
+        (`propagators.watching`).
         Raises ConvergenceError where light between walls never ends, or takes too many lines.
         """
         return self._answer(scene, progress).field(bands)
@@ -151,10 +151,10 @@ class Analytic(Propagator):
     def _answer(self, scene: Scene, progress: Progress | None = None) -> FlatAnswer | VolumeAnswer:
         self.require_scene(scene)
         if scene.grid.dimension == 2:
-            return self._flat(scene)
+            return self._flat(scene, progress)
         from propagators.analytic_3d.answer import VolumeAnswer
 
         return VolumeAnswer(scene, **self.values, progress=progress)
 
-    def _flat(self, scene: Scene) -> FlatAnswer:
-        return FlatAnswer(scene, self.values["element"], self.values["bounces"])
+    def _flat(self, scene: Scene, progress: Progress | None = None) -> FlatAnswer:
+        return FlatAnswer(scene, self.values["element"], self.values["bounces"], progress)

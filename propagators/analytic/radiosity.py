@@ -27,6 +27,7 @@ from propagators.analytic.exchange import exchange_matrix
 from propagators.analytic.geometry import Geometry
 from propagators.analytic.lighting import collect_all
 from propagators.analytic.panels import collect_panel_light
+from propagators.watching import Progress, nobody
 
 Array = NDArray[np.float64]
 
@@ -43,11 +44,11 @@ class Bounced:
     elements: Elements
     radiosity: Array
 
-    def arriving(self, groups: Array, walls: Array, bands: int) -> Array:
+    def arriving(self, groups: Array, walls: Array, bands: int, report: Progress = nobody) -> Array:
         """Moments (G, C, 2 bands - 1) of this light on groups of targets (G, P, 4)."""
         parts = self.elements
         lights = parts.panels, parts.first, parts.segments, self.radiosity / 2
-        return collect_panel_light(groups, *lights, walls, bands)
+        return collect_panel_light(groups, *lights, walls, bands, report)
 
 
 def bounce(geometry: Geometry, size: float) -> Bounced:

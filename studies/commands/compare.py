@@ -69,6 +69,7 @@ def command(
     strength: float,
     no_bounces: bool,
     lights_block: bool,
+    device: str,
     output: Path | None,
     layer: str | None,
     as_json: bool,
@@ -78,6 +79,7 @@ def command(
 
     Compares converged fields unless --iterations says otherwise.
     """
+    from flatland.devices import find_device
     from flatland.errors import bad_input
     from flatland.scene import load_scene
     from propagators import create
@@ -93,6 +95,7 @@ def command(
     if iterations is None and converge is None:
         converge = _CONVERGED
     _check_ending(output)
+    find_device(device)  # before the exact answer is computed
     loaded = load_scene(scene)
     shown = _read_slice(layer, loaded, output)
     names = names or _SCHEMES[loaded.grid.dimension]
@@ -100,7 +103,7 @@ def command(
     counts = whole_numbers(_BANDS[loaded.grid.dimension] if bands is None else bands, "--bands")
     walls = (blocking, strength, not no_bounces, lights_block)
     methods = [
-        Method(scheme, count, iterations, converge, precision, *walls, **rules)
+        Method(scheme, count, iterations, converge, precision, *walls, **rules, device=device)
         for count in counts
         for scheme in schemes
     ]

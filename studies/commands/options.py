@@ -16,6 +16,9 @@ def method_options(function: Command) -> Command:
         click.option(
             "--precision", default="float64", show_default=True, help="float64 or float32."
         ),
+        click.option(
+            "--device", default="cpu", show_default=True, help="cpu, or cuda (needs CuPy)."
+        ),
         click.option("--lights-block", is_flag=True, help="Area lights stop light like walls."),
         click.option("--no-bounces", is_flag=True, help="Walls send nothing back."),
         click.option(

@@ -56,9 +56,7 @@ _RARE = ("medium", "dropped")
 )
 @click.option("--slice", "layer", metavar="AXIS=INDEX", help="Layer of a 3D picture; middle of z.")
 @click.option("--drop", default=0.0, metavar="PART", help="Leave light below this part alone.")
-@click.option(
-    "--explain", is_flag=True, help="Print what was skipped, and memory."
-)
+@click.option("--explain", is_flag=True, help="Print what was skipped, and memory.")
 @click.option("--json", "as_json", is_flag=True, help="Print JSON for machines.")
 def command(
     scene: str,
@@ -81,6 +79,7 @@ def command(
     as_json: bool,
     view: str,
     drop: float,
+    device: str,
     explain: bool,
     **octree: Any,
 ) -> None:
@@ -102,7 +101,9 @@ def command(
     lighting = _surface_meter(loaded) if surfaces else None
     scheme = create(propagator, **scheme_options(options))
     walls = (blocking, strength, not no_bounces, lights_block)
-    method = Method(scheme, bands, iterations, converge, precision, *walls, **rules, drop=drop)
+    method = Method(
+        scheme, bands, iterations, converge, precision, *walls, **rules, drop=drop, device=device
+    )
     steps = converge is None and isinstance(scheme, StencilPropagator)
     with steps_bar(method.steps_on(loaded), steps) as advance:
         run = run_method(loaded, method, advance, keep_levels=True)
@@ -210,9 +211,10 @@ def _report(
 ) -> str:
     size = " x ".join(map(str, scene.grid.shape))
     method = run.method
+    on_device = f" on {run.details['device']}" if "device" in run.details else ""
     lines = [
         f"{name}: {size} cells, {method.propagator!r}, {method.bands} bands, {method.precision}",
-        f"{run.stopped}, {run.seconds:.3g} s",
+        f"{run.stopped}, {run.seconds:.3g} s{on_device}",
     ]
     if run.levels:
         lines += ["", _levels(run.levels)]

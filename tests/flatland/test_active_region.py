@@ -8,7 +8,7 @@ from schemes import every_scheme, stencil_classes
 
 import propagators
 from flatland import InputError, Scene, Simulation, load_scene
-from flatland.kernels import Layout, sweep
+from flatland.kernels import Layout, programs
 from flatland.kernels.box import (
     cell_count,
     cells_of,
@@ -42,8 +42,8 @@ def any_box(shape, rng):
 @pytest.fixture
 def any_box_pays(monkeypatch):
     """Steps for a box are compiled at once, and taken for every box."""
-    monkeypatch.setattr(sweep, "_COMPILING", -1)
-    monkeypatch.setattr(sweep, "_WORTH_A_BOX", 10**9)
+    monkeypatch.setattr(programs, "_COMPILING", -1)
+    monkeypatch.setattr(programs, "_WORTH_A_BOX", 10**9)
 
 
 class TestBox:
@@ -147,13 +147,13 @@ def test_whole_planes_and_boxes_are_the_same(shape, blocking, monkeypatch):
     scene = Scene.from_dict({"grid": {"shape": list(shape)}, "light": lights, "occluder": [wall]})
     results = []
     for least in (10**9, 0):
-        monkeypatch.setattr(sweep, "_WORTH_A_BOX", least)
-        monkeypatch.setattr(sweep, "_COMPILING", -1)
+        monkeypatch.setattr(programs, "_WORTH_A_BOX", least)
+        monkeypatch.setattr(programs, "_COMPILING", -1)
         simulation = Simulation(scene, LPV, bands=3, blocking=blocking)
         for piece in (1, 2, 9, 30):
             simulation.run(piece)
         level = simulation.octree.levels[0]
-        boxed = "_steps_in_box" in vars(level._sweeps[0])
+        boxed = "steps_in_box" in vars(level._sweeps[0].programs)
         assert boxed is (least > 0 and shape != (21, 7))  # a row that is one vector
         results.append(simulation.accumulated.values)
     np.testing.assert_array_equal(*results)

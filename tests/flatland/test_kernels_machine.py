@@ -111,7 +111,7 @@ def test_steps_allocate_no_fields(rng):
 def test_same_sweep_is_compiled_once(rng):
     stencil = scheme(rng)
     first, second = Stepper(stencil, (4, 4)), Stepper(stencil, (4, 4))
-    assert first.sweep._code[0] is second.sweep._code[0]
+    assert first.sweep.programs.code[0] is second.sweep.programs.code[0]
 
 
 def test_forgotten_code_still_runs(rng, monkeypatch):

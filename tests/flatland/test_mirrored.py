@@ -16,7 +16,7 @@ from flatland.harmonics import CircularHarmonics, basis_for
 from flatland.kernels import Layout, Sweep
 from flatland.scene import Scene
 from flatland.simulation import Simulation
-from flatland.solvers import converged, patches, reduced, solve_converged
+from flatland.solvers import methods, patches, reduced, solve_converged
 from flatland.solvers.edges import Edges
 from flatland.solvers.mirrored import Mirrored, mirror_distances
 from flatland.solvers.patches import Patches
@@ -26,9 +26,11 @@ TOLERANCE = 1e-9
 SHAPES = {2: (17, 12), 3: (7, 6, 5)}
 
 
-@pytest.fixture(autouse=True)
-def nothing_at_hand(monkeypatch):
-    monkeypatch.setattr(converged, "_reduced", OrderedDict())
+@pytest.fixture(autouse=True, params=[0, patches._ALL], ids=["patches", "cells"])
+def nothing_at_hand(request, monkeypatch):
+    """With patches of several cells, as on large grids, and with all cells apart."""
+    monkeypatch.setattr(methods, "_reduced", OrderedDict())
+    monkeypatch.setattr(patches, "_ALL", request.param)
 
 
 def wall(stencil, shape, rng):
@@ -224,6 +226,7 @@ def test_very_many_walls_leave_few_patches(rng, monkeypatch):
     """Cells that are all walled in make no patch together, however large it is."""
     monkeypatch.setattr(patches, "_LEAST", 60)
     monkeypatch.setattr(patches, "_MOST", 60)
+    monkeypatch.setattr(patches, "_ALL", 0)
     stencil = propagators.create("lpv").stencil(CircularHarmonics(2))
     light = rng.normal(size=(3, 16, 16))
     tau = rng.uniform(0, 0.4, size=(4, 16, 16))
@@ -235,17 +238,27 @@ def test_very_many_walls_leave_few_patches(rng, monkeypatch):
     np.testing.assert_allclose(found, expected, rtol=0, atol=1e-6 * np.abs(expected).max())
 
 
+@pytest.mark.parametrize("name", ["lpv", "dom4", "dom8"])
+def test_with_all_cells_apart_nothing_is_left_to_iterate(name, rng, monkeypatch):
+    monkeypatch.setattr(patches, "_ALL", 3600)
+    stencil = propagators.create(name).stencil(CircularHarmonics(2))
+    light = rng.normal(size=(3, 24, 30))
+    _, report = solved(stencil, (24, 30), light, wall(stencil, (24, 30), rng), tolerance=1e-9)
+    assert report.residual <= 1e-9
+    assert report.iterations <= 6
+
+
 def test_set_up_is_kept_for_other_lights_and_not_for_other_walls(rng):
     stencil = propagators.create("lpv").stencil(CircularHarmonics(2))
     light = rng.normal(size=(3, 16, 16))
     tau = wall(stencil, (16, 16), rng)
     first, _ = solved(stencil, (16, 16), light, tau)
     again, _ = solved(stencil, (16, 16), 2 * light, tau.copy())
-    assert len(converged._reduced) == 1
+    assert len(methods._reduced) == 1
     np.testing.assert_allclose(again, 2 * first, atol=1e-6 * np.abs(first).max())
     tau[0, 5] = 0.5
     other, _ = solved(stencil, (16, 16), light, tau)
-    assert len(converged._reduced) == 2
+    assert len(methods._reduced) == 2
     assert np.abs(other - first).max() > 1e-3 * np.abs(first).max()
 
 

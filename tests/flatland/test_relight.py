@@ -71,6 +71,21 @@ def test_more_colours_of_light_than_before():
     np.testing.assert_allclose(run.accumulated.values, other.accumulated.values, atol=1e-7)
 
 
+def test_what_is_dropped_stays_so_with_more_colours():
+    run = simulation(scene_with(3.2, flux=(1.0, 2.0)), drop=1e-2)
+    lights = [
+        {"kind": "point", "position": [3.0, 3.0], "flux": [1.0, 0.0]},
+        {"kind": "point", "position": [14.0, 3.0], "flux": [0.0, 2.0]},
+    ]
+    scene = Scene.from_dict({"grid": {"shape": SHAPE}, "light": lights, "occluder": WALLS})
+    run.relight(scene)
+    run.run(40)
+    other = simulation(scene, drop=1e-2)
+    other.run(40)
+    assert (other.ledger.dropped > 0).all()
+    np.testing.assert_array_equal(run.ledger.dropped, other.ledger.dropped)
+
+
 @pytest.mark.parametrize(
     ("scene", "message"),
     [

@@ -1,0 +1,159 @@
+"""Ways to an answer of (1 − A) S_A = S_0; none of them promises one."""
+
+from __future__ import annotations
+
+import threading
+from collections import OrderedDict
+from collections.abc import Callable
+
+import numpy as np
+
+from flatland.kernels import Sweep
+from flatland.kernels.reports import Buffer
+from flatland.solvers.bicgstab import Operator, bicgstab
+from flatland.solvers.factorization import factorization, factorization_key
+from flatland.solvers.multigrid import Multigrid
+from flatland.solvers.problem import Problem
+from flatland.solvers.reduced import Reduced
+from flatland.solvers.vectors import norm
+
+#: Iterations after which a Krylov method is taken to have stalled.
+_MULTIGRID_ITERATIONS = 30
+_KRYLOV_ITERATIONS = 4000
+#: Part of the residual that a correction by transforms may leave.
+_LEAST_GAIN = 0.7
+_STEPPING_SWEEPS = 20_000
+_STEPPING_BATCH = 16
+#: Memory for what is kept of operators that transforms have solved.
+_KEPT_BYTES = 2**30
+_reduced: OrderedDict[tuple[object, ...], Reduced] = OrderedDict()
+#: Multigrid hierarchies that are kept.
+_KEPT_CYCLES = 4
+_cycles: OrderedDict[tuple[object, ...], Multigrid] = OrderedDict()
+
+
+def prepare(problem: Problem, method: str) -> None:
+    """Compile and set up, once, what a method needs, so that it is not timed."""
+    sweep = problem.sweep
+    if method in sweep.prepared:
+        return
+    sweep.prepared.add(method)
+    if method == "multigrid":
+        cycles = _cycles_for(sweep)
+        cycles.precondition(problem.right, sweep.layout.allocate())
+    if method == "mirrored":
+        _reduced_for(sweep)
+    bicgstab(problem.apply, _copy, problem.right, 0.5, 1)
+    problem.applications = 0
+
+
+def run(problem: Problem, method: str, tolerance: float) -> Buffer:
+    """An answer by one of the methods, to a residual relative to the light."""
+    left = norm(problem.right)
+    wanted = tolerance * norm(problem.light)
+    if left <= wanted:
+        values = problem.sweep.layout.allocate()
+    else:
+        values = _RUN[method](problem, wanted / left)
+    if problem.start is not None:
+        values += problem.start
+    if problem.lighted is not None:
+        problem.sweep.layout.view(values)[:, ~problem.lighted] = 0.0
+    return values
+
+
+def _multigrid(problem: Problem, tolerance: float) -> Buffer:
+    cycles = _cycles_for(problem.sweep)
+    before = cycles.applications
+    answer = _bicgstab(problem, tolerance, cycles.precondition, _MULTIGRID_ITERATIONS)
+    problem.applications += cycles.applications - before
+    return answer
+
+
+def _mirrored(problem: Problem, tolerance: float) -> Buffer:
+    """Corrections by transforms, until they do not gain any more."""
+    reduced = _reduced_for(problem.sweep)
+    goal, before = tolerance * norm(problem.right), np.inf
+    answer, rest = problem.sweep.layout.allocate(), problem.right.copy()
+    while goal < (left := norm(rest)) < _LEAST_GAIN * before:
+        before, best = left, answer.copy()
+        iterations = reduced.correct(rest, answer, 0.5 * goal)
+        problem.iterations += iterations
+        # An application in the cells of the edges alone counts as a whole one; to start a
+        # correction and to check the space it was found in takes two more.
+        problem.applications += iterations + 2
+        problem.apply(answer, rest)
+        np.subtract(problem.right, rest, out=rest)
+    return answer if left < before else best
+
+
+def _krylov(problem: Problem, tolerance: float) -> Buffer:
+    return _bicgstab(problem, tolerance, _copy, _KRYLOV_ITERATIONS)
+
+
+def _stepping(problem: Problem, tolerance: float) -> Buffer:
+    """The sum over steps itself: best where light soon leaves the grid."""
+    layout = problem.sweep.layout
+    source, answer, target = problem.right.copy(), problem.right.copy(), layout.allocate()
+    goal = tolerance * norm(problem.right)
+    for _ in range(_STEPPING_SWEEPS // _STEPPING_BATCH):
+        sums = problem.sweep.steps(source, target, answer, _STEPPING_BATCH)
+        problem.iterations += _STEPPING_BATCH
+        problem.count(_STEPPING_BATCH)
+        if not sums.squares[-1] > (0.5 * goal) ** 2:
+            break
+    return answer
+
+
+def _factorization(problem: Problem, tolerance: float) -> Buffer:
+    sweep = problem.sweep
+    factors = factorization(sweep.stencil, sweep.layout.shape, sweep.open_share, sweep.reflection)
+    cells = np.moveaxis(sweep.layout.view(problem.right), 0, -1)
+    values = factors.solve(np.ascontiguousarray(cells).ravel()).reshape(cells.shape)
+    answer = sweep.layout.allocate()
+    sweep.layout.view(answer)[...] = np.moveaxis(values, -1, 0)
+    return answer
+
+
+_RUN: dict[str, Callable[[Problem, float], Buffer]] = {
+    "multigrid": _multigrid,
+    "mirrored": _mirrored,
+    "stepping": _stepping,
+    "krylov": _krylov,
+    "factorization": _factorization,
+}
+
+
+def _bicgstab(problem: Problem, tolerance: float, precondition: Operator, limit: int) -> Buffer:
+    outcome = bicgstab(problem.apply, precondition, problem.right, 0.5 * tolerance, limit)
+    problem.iterations += outcome.iterations
+    return outcome.answer
+
+
+def _copy(source: Buffer, target: Buffer) -> None:
+    target[:] = source
+
+
+def _cycles_for(sweep: Sweep) -> Multigrid:
+    """The multigrid hierarchy of a stencil on a grid; walls are not in it, so all colours share it.
+
+    The last few are kept, apart for each thread, since they hold the fields they work on.
+    """
+    key = (threading.get_ident(), *factorization_key(sweep.stencil, sweep.layout.shape, None))
+    if key not in _cycles:
+        _cycles[key] = Multigrid(sweep.stencil, sweep.layout.shape)
+    _cycles.move_to_end(key)
+    if len(_cycles) > _KEPT_CYCLES:
+        _cycles.popitem(last=False)
+    return _cycles[key]
+
+
+def _reduced_for(sweep: Sweep) -> Reduced:
+    """What transforms need of an operator; the last few are kept, for other lights."""
+    key = factorization_key(sweep.stencil, sweep.layout.shape, sweep.open_share, sweep.reflection)
+    if key not in _reduced:
+        _reduced[key] = Reduced(sweep)
+    _reduced.move_to_end(key)
+    while len(_reduced) > 1 and sum(each.bytes for each in _reduced.values()) > _KEPT_BYTES:
+        _reduced.popitem(last=False)
+    return _reduced[key]
