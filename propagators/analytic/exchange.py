@@ -10,9 +10,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from flatland.kernels.threads import run_shared
 from propagators.analytic.blockers import front_parts, make_scratch
-from propagators.analytic.compiling import parties_for, shared
+from propagators.analytic.compiling import share_work, shared
 from propagators.analytic.shafts import keep_between
 from propagators.analytic.targets import receive
 
@@ -36,11 +35,8 @@ def exchange_matrix(
     if visible is None:
         visible = np.ones((len(panels), len(panels)), bool)
     result = np.zeros((len(elements), len(elements)))
-
-    def collect(party: int, parties: int) -> None:
-        _exchange(party, parties, panels, first, elements, visible, parts, counts, result)
-
-    run_shared(collect, parties_for(len(elements)))
+    given = panels, first, elements, visible, parts, counts
+    share_work(_exchange, len(elements), *given, result)
     return result
 
 

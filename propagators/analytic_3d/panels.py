@@ -8,8 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from flatland.kernels.threads import run_shared
-from propagators.analytic.compiling import inner, parties_for, shared
+from propagators.analytic.compiling import inner, share_work, shared
 from propagators.analytic_3d.cuts import ROOM, height, keep_inside
 from propagators.analytic_3d.flow import FlowTables, add_polygon, flow_tables
 from propagators.analytic_3d.maps import cosine_maps
@@ -120,27 +119,8 @@ def panel_light(
     values, errors = np.zeros((count, colours, bands**2)), np.zeros(count)
     shaded, crossed = np.zeros(count, bool), np.full(count, -1)
     tables, maps = flow_tables(bands), cosine_maps(bands)
-    corners, normals = panels.corners, panels.normals
-
-    def collect(party: int, parties: int) -> None:
-        _collect(
-            party,
-            parties,
-            corners,
-            normals,
-            lights,
-            radiance,
-            walls,
-            tables,
-            maps,
-            _RULE,
-            values,
-            errors,
-            shaded,
-            crossed,
-        )
-
-    run_shared(collect, parties_for(count))
+    given = panels.corners, panels.normals, lights, radiance, walls, tables, maps, _RULE
+    share_work(_collect, count, *given, values, errors, shaded, crossed)
     return PanelLight(values, errors, shaded, crossed)
 
 
