@@ -71,19 +71,13 @@ class _Shares:
 
 
 class StudyProgress:
-    """Counts the cases of a study, and shows them as a bar if there is one."""
+    """Shows the cases of a study as a bar if there is one, and says what is worth knowing."""
 
     def __init__(self, bar: Any = None) -> None:
         self._bar, self._task = bar, None
-        self._kept = self._done = self._failed = self._total = 0
-
-    @property
-    def counts(self) -> tuple[int, int]:
-        """Cases finished, now or before, and cases in all."""
-        return self._kept + self._done, self._kept + self._total
+        self._failed = 0
 
     def begin(self, total: int, kept: int) -> None:
-        self._total, self._kept = total, kept
         if self._bar is not None:
             self._task = self._bar.add_task("", total=total, failed=0)
 
@@ -91,7 +85,6 @@ class StudyProgress:
         self._update(description=name)
 
     def finished(self, case: Case, record: Record) -> None:
-        self._done += 1
         self._failed += record.status == "failed"
         self._update(advance=1, failed=self._failed)
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -119,15 +120,15 @@ def _run(study: Study, folder: Path, engine: Engine, retry: bool) -> Outcome:
     from studies.command_line import INTERRUPTED
     from studies.progress import study_progress
     from studies.sweeps.runner import run_study
+    from studies.sweeps.store import CaseStore
 
-    with study_progress() as watcher:
-        try:
-            return run_study(study, folder, engine, watcher, retry)
-        except KeyboardInterrupt:
-            done, total = watcher.counts
+    with study_progress() as watcher, suppress(KeyboardInterrupt):
+        return run_study(study, folder, engine, watcher, retry)
+    # An interrupt may fall between a case's file and the watcher's count of it: the files tell.
+    keys = [case.key for case in study.cases()]
     click.echo(
-        f"flatland: interrupted; {done} of {total} cases are finished and kept; go on with: "
-        f"flatland study --resume -o {os.fspath(folder)}",
+        f"flatland: interrupted; {CaseStore(folder).count(keys)} of {len(keys)} cases are finished "
+        f"and kept; go on with: flatland study --resume -o {os.fspath(folder)}",
         err=True,
     )
     raise click.exceptions.Exit(INTERRUPTED)

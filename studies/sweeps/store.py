@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
@@ -82,6 +82,17 @@ class CaseStore:
         if body["key"] != key:
             raise ResultFileError(f"{path}: is damaged: it holds case {body['key']}")
         return Record(**_decoded(body))
+
+    def count(self, keys: Iterable[str]) -> int:
+        """How many of these cases are done, as the files tell."""
+        return sum(self._is_done(key) for key in keys)
+
+    def _is_done(self, key: str) -> bool:
+        try:
+            record = self.read(key)
+        except ResultFileError:
+            return False
+        return record is not None and record.status == DONE
 
     def prepare(self) -> None:
         """Make the folder; remove what a killed runner left half written.

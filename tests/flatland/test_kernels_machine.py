@@ -102,10 +102,9 @@ def peak_of_steps(shape, rng):
 
 
 def test_steps_allocate_no_fields(rng):
-    """Only a report of three numbers a step is made; a field of the larger grid has 400 kB."""
-    small, large = peak_of_steps((4, 4), rng), peak_of_steps((128, 128), rng)
-    assert small < 8000
-    assert large < small + 500
+    """Reports of three numbers a step, and what Python has not yet tidied up: some 20 kB."""
+    a_field = 3 * 8 * 128 * 128
+    assert peak_of_steps((128, 128), rng) < a_field / 4
 
 
 def test_same_sweep_is_compiled_once(rng):

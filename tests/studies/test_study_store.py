@@ -42,6 +42,12 @@ def test_there_is_no_record_of_a_case_that_was_not_run(kept):
     assert kept.read("xyz") is None
 
 
+def test_cases_that_are_done_are_counted_by_their_files(kept):
+    kept.write(dataclasses.replace(RECORD, key="failed", status="failed", reason="no light"))
+    kept.path("damaged").write_text("{", encoding="utf-8")
+    assert kept.count(["abc", "failed", "damaged", "missing"]) == 1
+
+
 def test_a_file_cut_short_anywhere_is_damaged(kept):
     path = kept.path("abc")
     content = path.read_bytes()
