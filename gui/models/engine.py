@@ -174,7 +174,7 @@ class Engine:
         self.history.clear()
         method = job.choice.method()
         if isinstance(method.propagator, StencilPropagator):
-            self.simulation = job.choice.method().simulation(job.scene)
+            self.simulation = method.simulation(job.scene)
         self._key = (job.scene, job.choice)
 
     def _stepped(self) -> Simulation:

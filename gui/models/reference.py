@@ -25,10 +25,16 @@ class Reference:
     def __init__(self, session: Session) -> None:
         self.session = session
         self.field: Field | None = None
-        self.wanted = self.computing = False
+        self.wanted = False
         self.runner: Runner | None = None
         self._key: _Key | None = None
+        #: What the runner was asked for last; answers to anything else are too late.
+        self._asked: Job | None = None
         self._made: dict[str, tuple[_Key, Field, Field | None]] = {}
+
+    @property
+    def computing(self) -> bool:
+        return self._asked is not None
 
     def on(self, level: int | None) -> Field | None:
         """The field in the cells of a level."""
@@ -60,38 +66,49 @@ class Reference:
     def compute(self) -> None:
         """Compute it, beside the run."""
         self.wanted = True
-        if self.runner is None or self._key == self._wanted_key():
+        asked = None if self._asked is None else _key_of(self._asked)
+        if self.runner is None or self._wanted_key() in (self._key, asked):
             return
-        if not self.computing:
-            self.computing = True
-            session = self.session
-            self.runner.submit(Job("reference", session.scene, session.choice, session.stamp))
-            session.references_changed.emit()
+        self._cancel()
+        # Without a stamp: the answer is good for other methods with as many bands as well.
+        self._asked = Job("reference", self.session.scene, self.session.choice)
+        self.runner.submit(self._asked)
+        self.session.references_changed.emit()
 
     def stop(self) -> None:
         """No exact answer after all."""
         self.wanted = False
-        if self.runner is not None:
-            self.runner.cancel()
+        if self._cancel():
+            self.session.references_changed.emit()
+
+    def _cancel(self) -> bool:
+        """Whether there was something to cancel."""
+        if self._asked is None or self.runner is None:
+            return False
+        self._asked = None
+        self.runner.cancel()
+        return True
 
     def take(self, job: Job, exact: Field | None) -> None:
-        """The exact field of a job's scene; None if it was cancelled or cannot be had."""
-        self.computing = False
-        fits = _key_of(job) == self._wanted_key()
-        if exact is not None and fits:
+        """The exact field of a job's scene; None if it was cancelled or cannot be had.
+
+        A job that was stopped may have been finished before it heard of it.
+        """
+        if job is not self._asked:
+            return
+        self._asked = None
+        if exact is not None:
             self.field, self._key = exact, _key_of(job)
             self._measure()
         self.session.references_changed.emit()
-        if not fits and self.wanted:
-            self.compute()
 
     def drop_outdated(self) -> None:
         """Forget what belongs to another scene or to other bands, and stop computing it."""
-        if self._key == self._wanted_key():
-            return
-        self.field, self._key = None, None
-        if self.computing and self.runner is not None:
-            self.runner.cancel()
+        wanted = self._wanted_key()
+        if self._asked is not None and _key_of(self._asked) != wanted:
+            self._cancel()
+        if self._key != wanted:
+            self.field, self._key = None, None
         self.session.references_changed.emit()
 
     def renew(self) -> None:
