@@ -185,3 +185,13 @@ def test_light_without_a_way_out_never_settles():
     )
     with pytest.raises(ConvergenceError, match="did not settle"):
         LatticeBoltzmann().solve(in_medium(scene, 0.5, 1.0), 1)
+
+
+def test_a_solver_that_breaks_down_is_begun_anew():
+    """What one wall sends back along a row: BiCGSTAB's first product is zero there."""
+    lights = [{"kind": "cell", "cell": [i, 0], "flux": 0.01} for i in (0, 4)]
+    wall = {"kind": "segment", "start": [0.0, 0.0], "end": [0.0, 0.25], "albedo": 0.5}
+    scene = Scene.from_dict({"grid": {"shape": [5, 1]}, "light": lights, "occluder": [wall]})
+    books = LatticeBoltzmann().answer(scene, 1).ledger
+    assert books.emitted == pytest.approx(0.02)
+    assert abs(books.closure) < 1e-12 * books.emitted
