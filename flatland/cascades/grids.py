@@ -35,7 +35,8 @@ def cascade_grids(grid: Grid, levels: int, cells: int, focus: Sequence[float]) -
     _check(grid, levels, cells, focus)
     centre = grid.to_cells(focus)
     shape, grids = np.array(grid.shape), []
-    inner_start = np.floor(centre).astype(np.int64)
+    # A focus on the upper border belongs to the last cell: there is none beyond.
+    inner_start = np.minimum(np.floor(centre).astype(np.int64), shape - 1)
     inner_stop = inner_start + 1
     for level in range(levels):
         size, snap = cells * 2**level, 2 ** (level + 1)

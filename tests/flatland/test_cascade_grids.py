@@ -62,6 +62,11 @@ def test_grids_stay_in_the_scene_or_round_it(drawn):
                 assert low + size > length - snap
 
 
+def test_a_focus_on_the_border_moves_no_grid_out_of_the_scene():
+    (grid,) = cascade_grids(Grid((4, 4)), 1, 4, (4.0, 4.0))
+    assert grid == Grid((4, 4))
+
+
 def test_the_focus_is_in_the_middle_where_there_is_room():
     grids = cascade_grids(SCENE, 3, 16, (27.0, 9.0))
     centre = SCENE.to_cells((27.0, 9.0))
