@@ -7,13 +7,15 @@ cells and takes 8 to 14; here it iterates on all grids, so that growth is that o
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Iterator
 
 import pytest
 
 import propagators
-from flatland import Scene, Simulation
+from flatland import Scene, Simulation, load_scene
+from flatland.errors import ConvergenceError
 from flatland.solvers import patches
 
 _SIDES = {2: (64, 128, 256, 512), 3: (16, 32, 64)}
@@ -105,3 +107,28 @@ def test_growth(name, bands, dimension, walls, report, monkeypatch):
         assert growth <= 1.5
         assert counts[-1] <= 80
         assert per_unknown[-1] <= 4 * per_unknown[0]
+
+
+@pytest.mark.parametrize("name", ["lpv", "dom4", "dom8"])
+def test_growth_in_clutter(name, report):
+    """As many walls for each cell on every grid; against BiCGSTAB alone on the largest."""
+    counts, cells = [], []
+    for side in _SIDES[2]:
+        scene = load_scene(f"clutter:size={side},occluders={25 * (side // 64) ** 2}")
+        run = Simulation(scene, propagators.create(name), bands=2, blocking="exact")
+        begin = time.perf_counter()
+        result = run.solve(1e-8, "aggregation")
+        whole = time.perf_counter() - begin
+        counts.append(result.applications)
+        cells.append(f"{result.applications:4d} {result.seconds:6.3f}/{whole:6.2f} s")
+    alone = Simulation(scene, propagators.create(name), bands=2, blocking="exact")
+    try:
+        seconds = alone.solve(1e-8, "krylov").seconds
+    except ConvergenceError:
+        seconds = math.inf
+    report(
+        f"{name} 2 bands 2D clutter | {' | '.join(cells)} | {counts[-1] / counts[0]:.2f} "
+        f"applications; BiCGSTAB alone {seconds:.2f} s"
+    )
+    assert counts[-1] <= 1.5 * counts[0]
+    assert seconds > 1.5 * result.seconds

@@ -42,13 +42,14 @@ def solve_converged(
     """Write the solution of (1 − A) S_A = S_0 into `answer`.
 
     tolerance: bound on the relative residual. method: "multigrid" (BiCGSTAB with a multigrid
-    cycle as preconditioner; van der Vorst 1992), "mirrored" (fast transforms, and GMRES at the
+    cycle as preconditioner; van der Vorst 1992), "aggregation" (GCR with multigrid over groups of
+    cells that end at walls; see `Aggregation`), "mirrored" (fast transforms, and GMRES at the
     border and on walls alone; see `Reduced`), "stepping", "krylov" (BiCGSTAB alone),
     "factorization" (sparse LU, kept for further lights), or "auto": kept factors if there are any,
-    BiCGSTAB where walls are everywhere, multigrid for schemes that diffuse in open 2D grids with
-    few bands, else transforms in grids that are worth their set-up, and others in turn where one
-    stalls. Works in float64 whatever the fields' precision, and goes on from the last answer where
-    the light is nearly the same.
+    multigrid for schemes that diffuse in open 2D grids with few bands, groups among walls in 3D,
+    groups or BiCGSTAB where walls are everywhere in 2D, else transforms in grids that are worth
+    their set-up, and others in turn where one stalls. Works in float64 whatever the fields'
+    precision, and goes on from the last answer where the light is nearly the same.
 
     Raises InstabilityError if the spectral radius exceeds 1, of the scheme or of what reflecting
     walls make of it (the sum over steps then has no limit), ConvergenceError if the tolerance is

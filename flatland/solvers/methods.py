@@ -10,8 +10,10 @@ import numpy as np
 
 from flatland.kernels import Sweep
 from flatland.kernels.reports import Buffer
+from flatland.solvers.aggregation import Aggregation
 from flatland.solvers.bicgstab import Operator, bicgstab
 from flatland.solvers.factorization import factorization, factorization_key
+from flatland.solvers.gcr import gcr
 from flatland.solvers.multigrid import Multigrid
 from flatland.solvers.problem import Problem
 from flatland.solvers.reduced import Reduced
@@ -20,6 +22,7 @@ from flatland.solvers.vectors import norm
 #: Iterations after which a Krylov method is taken to have stalled.
 _MULTIGRID_ITERATIONS = 30
 _KRYLOV_ITERATIONS = 4000
+_AGGREGATION_ITERATIONS = 60
 #: Part of the residual that a correction by transforms may leave.
 _LEAST_GAIN = 0.7
 _STEPPING_SWEEPS = 20_000
@@ -27,9 +30,10 @@ _STEPPING_BATCH = 16
 #: Memory for what is kept of operators that transforms have solved.
 _KEPT_BYTES = 2**30
 _reduced: OrderedDict[tuple[object, ...], Reduced] = OrderedDict()
-#: Multigrid hierarchies that are kept.
+#: Hierarchies that are kept, of each kind.
 _KEPT_CYCLES = 4
 _cycles: OrderedDict[tuple[object, ...], Multigrid] = OrderedDict()
+_groups: OrderedDict[tuple[object, ...], Aggregation] = OrderedDict()
 
 
 def prepare(problem: Problem, method: str) -> None:
@@ -43,6 +47,8 @@ def prepare(problem: Problem, method: str) -> None:
         cycles.precondition(problem.right, sweep.layout.allocate())
     if method == "mirrored":
         _reduced_for(sweep)
+    if method == "aggregation":
+        _groups_for(sweep).precondition(problem.right, sweep.layout.allocate())
     bicgstab(problem.apply, _copy, problem.right, 0.5, 1)
     problem.applications = 0
 
@@ -68,6 +74,21 @@ def _multigrid(problem: Problem, tolerance: float) -> Buffer:
     answer = _bicgstab(problem, tolerance, cycles.precondition, _MULTIGRID_ITERATIONS)
     problem.applications += cycles.applications - before
     return answer
+
+
+def _aggregation(problem: Problem, tolerance: float) -> Buffer:
+    groups = _groups_for(problem.sweep)
+    before = groups.applications
+    outcome = gcr(
+        problem.apply,
+        groups.precondition,
+        problem.right,
+        0.5 * tolerance,
+        _AGGREGATION_ITERATIONS,
+    )
+    problem.iterations += outcome.iterations
+    problem.applications += groups.applications - before
+    return outcome.answer
 
 
 def _mirrored(problem: Problem, tolerance: float) -> Buffer:
@@ -117,6 +138,7 @@ def _factorization(problem: Problem, tolerance: float) -> Buffer:
 
 _RUN: dict[str, Callable[[Problem, float], Buffer]] = {
     "multigrid": _multigrid,
+    "aggregation": _aggregation,
     "mirrored": _mirrored,
     "stepping": _stepping,
     "krylov": _krylov,
@@ -146,6 +168,18 @@ def _cycles_for(sweep: Sweep) -> Multigrid:
     if len(_cycles) > _KEPT_CYCLES:
         _cycles.popitem(last=False)
     return _cycles[key]
+
+
+def _groups_for(sweep: Sweep) -> Aggregation:
+    """The groups of cells of an operator; the last few are kept, apart for each thread."""
+    operator = sweep.stencil, sweep.layout.shape, sweep.open_share, sweep.reflection
+    key = (threading.get_ident(), *factorization_key(*operator))
+    if key not in _groups:
+        _groups[key] = Aggregation(sweep)
+    _groups.move_to_end(key)
+    if len(_groups) > _KEPT_CYCLES:
+        _groups.popitem(last=False)
+    return _groups[key]
 
 
 def _reduced_for(sweep: Sweep) -> Reduced:

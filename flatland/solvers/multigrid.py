@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flatland.kernels import Layout, Sweep
-from flatland.kernels.threads import address
+from flatland.solvers.smoothing import SweptLevel
 from flatland.solvers.transfers import Transfer, coarse_shape
 from flatland.solvers.vectors import scale, squares
 from flatland.stencil import Stencil
@@ -18,9 +18,6 @@ Buffer = NDArray[np.floating]
 Array = NDArray[np.float64]
 Offset = tuple[int, ...]
 
-#: Weight of a smoothing sweep; measured best of 0.5 … 1.0 for LPV and DOM (1.0 does not smooth the
-#: checkerboard, which an axial scheme maps to its negative).
-DAMPING = 0.8
 #: A grid of at most this many unknowns is solved by its inverse.
 _DIRECT = 250
 
@@ -47,47 +44,14 @@ def galerkin(blocks: dict[Offset, Array]) -> dict[Offset, Array]:
     return result
 
 
-class Level:
-    """One grid of the hierarchy: the operator scaled to 1 − A, with A free of the cell itself."""
-
-    def __init__(self, stencil: Stencil, shape: tuple[int, ...], blocks: dict[Offset, Array]):
-        self.layout = Layout(shape, stencil.basis.size, np.dtype(np.float32))
-        zero = (0,) * len(shape)
-        self.diagonal = blocks[zero]
-        inverse = np.linalg.inv(self.diagonal)
-        offsets = [offset for offset in blocks if offset != zero]
-        transfer = np.array([-inverse @ blocks[offset] for offset in offsets])
-        self.sweep = Sweep(Stencil(stencil.basis, np.array(offsets), transfer), self.layout)
-        self.right, self.answer, self.scratch = (self.layout.allocate() for _ in range(3))
-        self._at = {name: address(getattr(self, name)) for name in ("right", "answer", "scratch")}
-
-    def smooth(self, count: int) -> None:
-        """Damped Jacobi sweeps on the answer."""
-        for _ in range(count):
-            self._combine((1 - DAMPING, DAMPING, DAMPING), "answer", "right", "scratch")
-            self.answer, self.scratch = self.scratch, self.answer
-            self._at["answer"], self._at["scratch"] = self._at["scratch"], self._at["answer"]
-
-    def first_smooth(self) -> None:
-        """Two sweeps from zero, which is one: x = (2ω − ω²) b + ω² A b."""
-        factors = (2 * DAMPING - DAMPING**2, 0.0, DAMPING**2)
-        self._combine(factors, "right", "right", "answer")
-
-    def residual(self) -> Buffer:
-        """b − x + A x, in scratch."""
-        self._combine((-1.0, 1.0, 1.0), "answer", "right", "scratch")
-        return self.scratch
-
-    def _combine(
-        self, factors: tuple[float, float, float], source: str, rest: str, target: str
-    ) -> None:
-        if self.sweep.by_matrices:
-            self.sweep.combine(
-                *factors, getattr(self, source), getattr(self, rest), getattr(self, target)
-            )
-        else:
-            at = self._at
-            self.sweep.combine_at(factors, at[source], at[rest], at[target])
+def _level(stencil: Stencil, shape: tuple[int, ...], blocks: dict[Offset, Array]) -> SweptLevel:
+    """One grid, its operator scaled to 1 − A with A free of the cell itself."""
+    zero = (0,) * len(shape)
+    inverse = np.linalg.inv(blocks[zero])
+    offsets = [offset for offset in blocks if offset != zero]
+    transfer = np.array([-inverse @ blocks[offset] for offset in offsets])
+    layout = Layout(shape, stencil.basis.size, np.dtype(np.float32))
+    return SweptLevel(Sweep(Stencil(stencil.basis, np.array(offsets), transfer), layout))
 
 
 class Multigrid:
@@ -103,18 +67,20 @@ class Multigrid:
         blocks: dict[Offset, Array] = {zero: np.eye(stencil.basis.size)}
         for offset, transfer in zip(stencil.offsets, stencil.transfer):
             blocks[tuple(int(o) for o in offset)] = -transfer
-        self.levels = [Level(stencil, shape, blocks)]
+        self.levels = [_level(stencil, shape, blocks)]
+        diagonals = [blocks[zero]]
         while self._unknowns() > _DIRECT and min(coarse_shape(shape)) >= 1:
             blocks, shape = galerkin(blocks), coarse_shape(shape)
-            self.levels.append(Level(stencil, shape, blocks))
+            self.levels.append(_level(stencil, shape, blocks))
+            diagonals.append(blocks[zero])
         self.transfers = [
             Transfer(fine.layout, coarse.layout)
             for fine, coarse in zip(self.levels, self.levels[1:])
         ]
         # A coarse level is scaled by its own diagonal; its right-hand side has to follow.
         self.mixing = [
-            np.linalg.solve(coarse.diagonal, fine.diagonal).astype(np.float32)
-            for fine, coarse in zip(self.levels, self.levels[1:])
+            np.linalg.solve(coarse, fine).astype(np.float32)
+            for fine, coarse in itertools.pairwise(diagonals)
         ]
         self.inverse = self._coarsest_inverse() if self._unknowns() <= _DIRECT else None
         #: Applications of the finest operator.
@@ -158,7 +124,7 @@ class Multigrid:
         self.transfers[depth].up(below.answer, level.answer)
         level.smooth(2)
 
-    def _solve_coarsest(self, level: Level) -> None:
+    def _solve_coarsest(self, level: SweptLevel) -> None:
         if self.inverse is None:
             level.first_smooth()
             level.smooth(2)

@@ -1,0 +1,158 @@
+"""Groups of neighbouring unknowns that light gets between, and the operator between groups.
+
+What makes coarse grids of whole blocks fail among walls is that one value stands for both sides of
+a wall. Groups end at walls instead.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import coo_array, csr_array
+from scipy.sparse.csgraph import connected_components
+
+from flatland.kernels import Sweep
+from flatland.kernels.orbits import significant
+
+Array = NDArray[np.float64]
+Integers = NDArray[np.int64]
+
+#: A link joins two members of a group if it is more than this part of the strongest of either.
+_STRONG = 0.25
+#: Members whose links together are less than this part of their own share are left to smoothing.
+_ALONE = 0.2
+
+
+@dataclass(frozen=True)
+class Groups:
+    """labels: (n,), the group of each member, -1 of those left out. places: (groups, dimension)."""
+
+    labels: Integers
+    places: Integers
+
+    @property
+    def count(self) -> int:
+        return len(self.places)
+
+
+class Links(NamedTuple):
+    """Off-diagonal part of an operator on the flux: |entries| (L,) from columns to rows (L,), and
+    those of the diagonal (n,)."""
+
+    rows: Integers
+    columns: Integers
+    sizes: Array
+    own: Array
+
+
+def group(places: Integers, links: Links) -> Groups:
+    """Groups of the members of each block of 2^D places, apart where no strong links join them."""
+    count = len(places)
+    strongest = [np.zeros(count), np.zeros(count)]
+    for most, ends in zip(strongest, (links.rows, links.columns)):
+        np.maximum.at(most, ends, links.sizes)
+    least = np.minimum(strongest[0][links.rows], strongest[1][links.columns])
+    sums = [np.bincount(ends, links.sizes, count) for ends in (links.rows, links.columns)]
+    kept = np.maximum(*sums) >= _ALONE * links.own
+    blocks = places // 2
+    joined = (links.sizes > _STRONG * least) & kept[links.rows] & kept[links.columns]
+    joined &= (blocks[links.rows] == blocks[links.columns]).all(axis=1)
+    rows, columns = links.rows[joined], links.columns[joined]
+    graph = coo_array((np.ones(rows.size, bool), (rows, columns)), shape=(count, count))
+    parts = connected_components(graph, directed=False)[1]
+    labels = np.full(count, -1)
+    _, first, labels[kept] = np.unique(parts[kept], return_index=True, return_inverse=True)
+    return Groups(labels, blocks[kept][first])
+
+
+@dataclass(frozen=True)
+class BlockMatrix:
+    """A sparse matrix of blocks: blocks[e] (size, size) at (rows[e], columns[e]), by rows.
+
+    diagonal: (n,), where the blocks of the diagonal are.
+    """
+
+    rows: Integers
+    columns: Integers
+    blocks: Array
+    diagonal: Integers
+
+    def links(self) -> Links:
+        own = np.abs(self.blocks[:, 0, 0])
+        off = self.rows != self.columns
+        return Links(self.rows[off], self.columns[off], own[off], own[self.diagonal])
+
+    def between(self, groups: Groups) -> BlockMatrix:
+        """The sum of the blocks between all members of two groups."""
+        ends = groups.labels[self.rows], groups.labels[self.columns]
+        inside = (ends[0] >= 0) & (ends[1] >= 0)
+        rows, columns, pairs = _pairs(ends[0][inside], ends[1][inside], groups.count)
+        flat = self.blocks.reshape(len(self.blocks), -1)
+        entries = np.ones(pairs.size), (pairs, np.flatnonzero(inside))
+        sums = csr_array(entries, shape=(len(rows), len(flat)))
+        blocks = np.asarray(sums @ flat).reshape(-1, *self.blocks.shape[1:])
+        return BlockMatrix(rows, columns, blocks, np.flatnonzero(rows == columns))
+
+
+def cell_links(sweep: Sweep) -> Links:
+    """Those between the cells of a grid."""
+    rows, columns, shares, offset = _cell_pairs(sweep)
+    sizes = shares * np.abs(sweep.stencil.transfer[offset, 0, 0])
+    own = np.ones(sweep.layout.rows * sweep.layout.width)
+    return Links(rows, columns, sizes, own)
+
+
+def between_cells(sweep: Sweep, groups: Groups) -> BlockMatrix:
+    """1 − A summed over the cells of groups, what walls send back included."""
+    rows, columns, shares, offset = _cell_pairs(sweep)
+    size, count = sweep.stencil.basis.size, groups.count
+    kinds = len(sweep.stencil.offsets)
+    ends = groups.labels[rows], groups.labels[columns]
+    inside = (ends[0] >= 0) & (ends[1] >= 0)
+    own = groups.labels[groups.labels >= 0]
+    goals, sources = (np.concatenate([end[inside], own]) for end in ends)
+    rows, columns, pairs = _pairs(goals, sources, count)
+    kind = np.concatenate([offset[inside], np.full(own.size, kinds)])
+    shares = np.concatenate([shares[inside], np.ones(own.size)])
+    weights = np.bincount(pairs * (kinds + 1) + kind, shares, len(rows) * (kinds + 1))
+    parts = np.concatenate([-significant(sweep.stencil.transfer), np.eye(size)[None]])
+    blocks = weights.reshape(len(rows), -1) @ parts.reshape(kinds + 1, -1)
+    matrix = BlockMatrix(
+        rows, columns, blocks.reshape(-1, size, size), np.flatnonzero(rows == columns)
+    )
+    if sweep.reflection is not None:
+        cells = np.ravel_multi_index(tuple(sweep.reflection.cells.T), sweep.layout.shape)
+        labels = groups.labels[cells]
+        back = sweep.reflection.blocks(sweep.stencil)[labels >= 0]
+        np.subtract.at(matrix.blocks, matrix.diagonal[labels[labels >= 0]], back)
+    return matrix
+
+
+def _cell_pairs(sweep: Sweep) -> tuple[Integers, Integers, Array, Integers]:
+    """Cells light gets to, cells it comes from, the share that passes, and which offset it is."""
+    shape = sweep.layout.shape
+    number = np.arange(np.prod(shape)).reshape(shape)
+    goals, sources, shares, kinds = [], [], [], []
+    for d, offset in enumerate(sweep.stencil.offsets):
+        stay = tuple(slice(max(0, -o), n - max(0, o)) for o, n in zip(offset, shape))
+        arrive = tuple(slice(max(0, o), n - max(0, -o)) for o, n in zip(offset, shape))
+        share = np.ones(shape) if sweep.open_share is None else sweep.open_share[d]
+        goals.append(number[arrive].ravel())
+        sources.append(number[stay].ravel())
+        shares.append(share[stay].ravel())
+        kinds.append(np.full(goals[-1].size, d))
+    return (
+        np.concatenate(goals),
+        np.concatenate(sources),
+        np.concatenate(shares),
+        np.concatenate(kinds),
+    )
+
+
+def _pairs(rows: Integers, columns: Integers, count: int) -> tuple[Integers, Integers, Integers]:
+    """Different pairs, by rows, and which of them each pair is."""
+    keys, inverse = np.unique(rows * count + columns, return_inverse=True)
+    return keys // count, keys % count, inverse
