@@ -97,59 +97,61 @@ class BlockMatrix:
         return BlockMatrix(rows, columns, blocks, np.flatnonzero(rows == columns))
 
 
-def cell_links(sweep: Sweep) -> Links:
-    """Those between the cells of a grid."""
-    rows, columns, shares, offset = _cell_pairs(sweep)
-    sizes = shares * np.abs(sweep.stencil.transfer[offset, 0, 0])
-    own = np.ones(sweep.layout.rows * sweep.layout.width)
-    return Links(rows, columns, sizes, own)
+class CellPairs(NamedTuple):
+    """Light between the cells of a grid: cells it gets to and comes from (L,), the share of it that
+    passes, and which offset it goes along."""
+
+    rows: Integers
+    columns: Integers
+    shares: Array
+    offsets: Integers
+
+    def links(self, sweep: Sweep) -> Links:
+        sizes = self.shares * np.abs(sweep.stencil.transfer[self.offsets, 0, 0])
+        own = np.ones(sweep.layout.rows * sweep.layout.width)
+        return Links(self.rows, self.columns, sizes, own)
+
+    def between(self, groups: Groups, sweep: Sweep) -> BlockMatrix:
+        """1 − A summed over the cells of groups, what walls send back included."""
+        size, kinds = sweep.stencil.basis.size, len(sweep.stencil.offsets)
+        ends = groups.labels[self.rows], groups.labels[self.columns]
+        inside = (ends[0] >= 0) & (ends[1] >= 0)
+        own = groups.labels[groups.labels >= 0]
+        goals, sources = (np.concatenate([end[inside], own]) for end in ends)
+        rows, columns, pairs = _pairs(goals, sources, groups.count)
+        kind = np.concatenate([self.offsets[inside], np.full(own.size, kinds)])
+        shares = np.concatenate([self.shares[inside], np.ones(own.size)])
+        weights = np.bincount(pairs * (kinds + 1) + kind, shares, len(rows) * (kinds + 1))
+        parts = np.concatenate([-significant(sweep.stencil.transfer), np.eye(size)[None]])
+        blocks = weights.reshape(len(rows), -1) @ parts.reshape(kinds + 1, -1)
+        diagonal = np.flatnonzero(rows == columns)
+        matrix = BlockMatrix(rows, columns, blocks.reshape(-1, size, size), diagonal)
+        _take_reflected(matrix, groups, sweep)
+        return matrix
 
 
-def between_cells(sweep: Sweep, groups: Groups) -> BlockMatrix:
-    """1 − A summed over the cells of groups, what walls send back included."""
-    rows, columns, shares, offset = _cell_pairs(sweep)
-    size, count = sweep.stencil.basis.size, groups.count
-    kinds = len(sweep.stencil.offsets)
-    ends = groups.labels[rows], groups.labels[columns]
-    inside = (ends[0] >= 0) & (ends[1] >= 0)
-    own = groups.labels[groups.labels >= 0]
-    goals, sources = (np.concatenate([end[inside], own]) for end in ends)
-    rows, columns, pairs = _pairs(goals, sources, count)
-    kind = np.concatenate([offset[inside], np.full(own.size, kinds)])
-    shares = np.concatenate([shares[inside], np.ones(own.size)])
-    weights = np.bincount(pairs * (kinds + 1) + kind, shares, len(rows) * (kinds + 1))
-    parts = np.concatenate([-significant(sweep.stencil.transfer), np.eye(size)[None]])
-    blocks = weights.reshape(len(rows), -1) @ parts.reshape(kinds + 1, -1)
-    matrix = BlockMatrix(
-        rows, columns, blocks.reshape(-1, size, size), np.flatnonzero(rows == columns)
-    )
-    if sweep.reflection is not None:
-        cells = np.ravel_multi_index(tuple(sweep.reflection.cells.T), sweep.layout.shape)
-        labels = groups.labels[cells]
-        back = sweep.reflection.blocks(sweep.stencil)[labels >= 0]
-        np.subtract.at(matrix.blocks, matrix.diagonal[labels[labels >= 0]], back)
-    return matrix
+def _take_reflected(matrix: BlockMatrix, groups: Groups, sweep: Sweep) -> None:
+    """Take what walls send back out of the blocks of the diagonal."""
+    if sweep.reflection is None:
+        return
+    cells = np.ravel_multi_index(tuple(sweep.reflection.cells.T), sweep.layout.shape)
+    labels = groups.labels[cells]
+    back = sweep.reflection.blocks(sweep.stencil)[labels >= 0]
+    np.subtract.at(matrix.blocks, matrix.diagonal[labels[labels >= 0]], back)
 
 
-def _cell_pairs(sweep: Sweep) -> tuple[Integers, Integers, Array, Integers]:
-    """Cells light gets to, cells it comes from, the share that passes, and which offset it is."""
+def cell_pairs(sweep: Sweep) -> CellPairs:
     shape = sweep.layout.shape
     number = np.arange(np.prod(shape)).reshape(shape)
-    goals, sources, shares, kinds = [], [], [], []
+    parts = []
     for d, offset in enumerate(sweep.stencil.offsets):
         stay = tuple(slice(max(0, -o), n - max(0, o)) for o, n in zip(offset, shape))
         arrive = tuple(slice(max(0, o), n - max(0, -o)) for o, n in zip(offset, shape))
         share = np.ones(shape) if sweep.open_share is None else sweep.open_share[d]
-        goals.append(number[arrive].ravel())
-        sources.append(number[stay].ravel())
-        shares.append(share[stay].ravel())
-        kinds.append(np.full(goals[-1].size, d))
-    return (
-        np.concatenate(goals),
-        np.concatenate(sources),
-        np.concatenate(shares),
-        np.concatenate(kinds),
-    )
+        goals = number[arrive].ravel()
+        kinds = np.full(goals.size, d)
+        parts.append((goals, number[stay].ravel(), share[stay].ravel(), kinds))
+    return CellPairs(*(np.concatenate(column) for column in zip(*parts)))
 
 
 def _pairs(rows: Integers, columns: Integers, count: int) -> tuple[Integers, Integers, Integers]:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from flatland.kernels import Sweep
 from flatland.kernels.reports import Buffer
 from flatland.kernels.threads import rows_of, run_shared, thread_count
-from flatland.solvers.aggregates import between_cells, cell_links, group
+from flatland.solvers.aggregates import cell_pairs, group
 from flatland.solvers.block_level import make_level
 from flatland.solvers.smoothing import SweptLevel
 from flatland.solvers.vectors import scale, squares
@@ -50,10 +50,11 @@ class Aggregation:
         self.finest = SweptLevel(single)
         self.layout = layout
         places = np.indices(layout.shape).reshape(len(layout.shape), -1).T
-        groups = group(places, cell_links(sweep))
+        pairs = cell_pairs(sweep)
+        groups = group(places, pairs.links(sweep))
         self.labels = groups.labels
         self.below = (
-            make_level(between_cells(sweep, groups), groups.places) if groups.count else None
+            make_level(pairs.between(groups, sweep), groups.places) if groups.count else None
         )
         rows = np.indices((*layout.shape[:-1], 1)).reshape(len(layout.shape), -1).T
         self._starts = layout.index(rows)

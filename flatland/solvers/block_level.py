@@ -6,10 +6,10 @@ from collections.abc import Callable
 from typing import Protocol
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from flatland.kernels.threads import rows_of, run_shared, thread_count
+from flatland.solvers import block_kernels
 from flatland.solvers.aggregates import BlockMatrix, Groups, group
 from flatland.solvers.smoothing import DAMPING
 from flatland.solvers.vectors import dot, subtract
@@ -26,7 +26,6 @@ _ENOUGH = 0.25
 #: Numbers in blocks above which a pass is shared by threads.
 _WORTH_SHARING = 200_000
 _SWEEPS_IF_LAST = 8
-_FAST = {"reassoc", "contract", "nsz"}
 
 
 class Coarse(Protocol):
@@ -85,8 +84,6 @@ class BlockLevel:
         fields = (np.zeros((count, size), np.float32) for _ in range(6))
         self.right, self.answer, self._defect, self._step, *self._images = fields
         self._other = np.zeros((count, size), np.float32)
-        #: Its length is known when kernels are compiled, so that loops over it are written out,
-        #: which is five times faster.
         self._unit = (0,) * size
         self._parties = thread_count() if self.blocks.size > _WORTH_SHARING else 1
 
@@ -115,7 +112,7 @@ class BlockLevel:
     def _cycle(self, answer: Vector) -> None:
         """An approximate solution for what is in `right`."""
         begin, end = answer, self._other
-        self._share(_begin, self.inverse, self.right, np.float32(DAMPING), begin)
+        self._share(block_kernels.first_sweep, self.inverse, self.right, np.float32(DAMPING), begin)
         self._relax(begin, end)
         if self.below is None or self.labels is None:
             for _ in range(_SWEEPS_IF_LAST):
@@ -124,9 +121,9 @@ class BlockLevel:
         else:
             self._apply(end, self._defect)
             np.subtract(self.right, self._defect, out=self._defect)
-            _gather(self._unit, self._defect, self.labels, self.below.right)
+            block_kernels.gather(self._unit, self._defect, self.labels, self.below.right)
             self.below.solve()
-            self._share(_spread, self.below.answer, self.labels, end)
+            self._share(block_kernels.spread, self.below.answer, self.labels, end)
             self._relax(end, begin)
             self._relax(begin, end)
         if end is not answer:
@@ -134,10 +131,10 @@ class BlockLevel:
 
     def _relax(self, old: Vector, new: Vector) -> None:
         parts = self.first, self.columns, self.blocks, self.inverse
-        self._share(_relax, *parts, old, self.right, np.float32(DAMPING), new)
+        self._share(block_kernels.relax, *parts, old, self.right, np.float32(DAMPING), new)
 
     def _apply(self, values: Vector, image: Vector) -> None:
-        self._share(_multiply, self.first, self.columns, self.blocks, values, image)
+        self._share(block_kernels.multiply, self.first, self.columns, self.blocks, values, image)
 
     def _share(self, kernel: Callable[..., None], *arguments: object) -> None:
         """Call a kernel for all rows."""
@@ -154,69 +151,3 @@ class BlockLevel:
 
 def _turned(blocks: NDArray[np.floating]) -> Vector:
     return np.ascontiguousarray(np.swapaxes(blocks, 1, 2), np.float32)
-
-
-@njit(cache=True, fastmath=_FAST, nogil=True, error_model="numpy")
-def _multiply(unit, first, columns, blocks, values, image, begin, end):  # type: ignore[no-untyped-def]
-    size = len(unit)
-    for i in range(begin, end):
-        image[i] = 0
-        for e in range(first[i], first[i + 1]):
-            j = columns[e]
-            for m in range(size):
-                value = values[j, m]
-                for k in range(size):
-                    image[i, k] += value * blocks[e, m, k]
-
-
-@njit(cache=True, fastmath=_FAST, nogil=True, error_model="numpy")
-def _relax(  # type: ignore[no-untyped-def]
-    unit, first, columns, blocks, inverse, old, right, weight, new, begin, end
-):
-    """new = old + weight D⁻¹ (right − M old)"""
-    size = len(unit)
-    rest = np.empty(size, right.dtype)
-    for i in range(begin, end):
-        for k in range(size):
-            rest[k] = right[i, k]
-        for e in range(first[i], first[i + 1]):
-            j = columns[e]
-            for m in range(size):
-                value = old[j, m]
-                for k in range(size):
-                    rest[k] -= value * blocks[e, m, k]
-        for k in range(size):
-            new[i, k] = old[i, k]
-        for m in range(size):
-            value = weight * rest[m]
-            for k in range(size):
-                new[i, k] += value * inverse[i, m, k]
-
-
-@njit(cache=True, fastmath=_FAST, nogil=True, error_model="numpy")
-def _begin(unit, inverse, right, weight, new, begin, end):  # type: ignore[no-untyped-def]
-    """A first sweep, from zero."""
-    size = len(unit)
-    for i in range(begin, end):
-        new[i] = 0
-        for m in range(size):
-            value = weight * right[i, m]
-            for k in range(size):
-                new[i, k] += value * inverse[i, m, k]
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def _gather(unit, values, labels, sums):  # type: ignore[no-untyped-def]
-    sums[...] = 0
-    for i in range(labels.size):
-        if labels[i] >= 0:
-            for k in range(len(unit)):
-                sums[labels[i], k] += values[i, k]
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def _spread(unit, coarse, labels, values, begin, end):  # type: ignore[no-untyped-def]
-    for i in range(begin, end):
-        if labels[i] >= 0:
-            for k in range(len(unit)):
-                values[i, k] += coarse[labels[i], k]

@@ -15,7 +15,7 @@ from flatland.kernels import Reflection
 from flatland.scene import Scene, load_scene
 from flatland.simulation import Simulation
 from flatland.solvers import aggregation, block_level, choice, methods, solve_converged
-from flatland.solvers.aggregates import Links, between_cells, cell_links, group
+from flatland.solvers.aggregates import Links, cell_pairs, group
 from flatland.solvers.aggregation import Aggregation
 from flatland.solvers.gcr import KEPT, gcr
 
@@ -44,6 +44,10 @@ def solved(stencil, shape, light, tau, method="aggregation", tolerance=TOLERANCE
     return stepper.layout.view(answer).copy(), report
 
 
+def links_of(sweep):
+    return cell_pairs(sweep).links(sweep)
+
+
 def places_of(shape):
     return np.indices(shape).reshape(len(shape), -1).T
 
@@ -68,7 +72,7 @@ def test_every_stable_scheme_is_solved_among_walls(propagator, dimension, rng):
 
 def test_open_cells_are_grouped_by_blocks():
     sweep = Stepper(propagators.create("lpv").stencil(CircularHarmonics(2)), (5, 4)).sweep
-    groups = group(places_of((5, 4)), cell_links(sweep))
+    groups = group(places_of((5, 4)), links_of(sweep))
     blocks = places_of((5, 4)) // 2
     assert groups.count == 6
     np.testing.assert_array_equal(groups.places[groups.labels], blocks)
@@ -82,7 +86,7 @@ def test_no_group_reaches_through_a_wall():
     for d, (dx, _) in enumerate(stencil.offsets):
         if dx:
             tau[d, 2 if dx > 0 else 3] = 0.0
-    groups = group(places_of(shape), cell_links(Stepper(stencil, shape, tau).sweep))
+    groups = group(places_of(shape), links_of(Stepper(stencil, shape, tau).sweep))
     labels = groups.labels.reshape(shape)
     assert labels.min() >= 0
     assert not set(labels[:3].ravel()) & set(labels[3:].ravel())
@@ -96,7 +100,7 @@ def test_what_hardly_anything_reaches_is_left_out():
     tau[:, 4, 4] = 0.01
     for d, (dx, dy) in enumerate(stencil.offsets):
         tau[d, 4 - dx, 4 - dy] = 0.01
-    groups = group(places_of((6, 6)), cell_links(Stepper(stencil, (6, 6), tau).sweep))
+    groups = group(places_of((6, 6)), links_of(Stepper(stencil, (6, 6), tau).sweep))
     labels = groups.labels.reshape(6, 6)
     assert np.argwhere(labels < 0).tolist() == [[4, 4]]
 
@@ -119,8 +123,8 @@ def test_operators_between_groups_are_sums_over_their_members(dimension, name, r
     sweep = Stepper(stencil, shape, tau).sweep
     cells = int(np.prod(shape))
     fine = eye_array(cells * size) - operator(stencil, shape, tau)
-    groups = group(places_of(shape), cell_links(sweep))
-    matrix = between_cells(sweep, groups)
+    groups = group(places_of(shape), links_of(sweep))
+    matrix = cell_pairs(sweep).between(groups, sweep)
     labels = groups.labels
     for _ in range(2):
         kept = np.flatnonzero(labels >= 0)
@@ -142,7 +146,7 @@ def test_operators_between_groups_hold_what_walls_send_back(rng):
     shape = (6, 5)
     back = Reflection(np.array([(1, 1), (4, 3)]), rng.random((2, 4, 3)))
     stepper = Stepper(stencil, shape, walls(stencil, shape, rng))
-    groups = group(places_of(shape), cell_links(stepper.sweep))
+    groups = group(places_of(shape), links_of(stepper.sweep))
     light = rng.normal(size=(groups.count, 3))
     even = np.where(groups.labels[:, None] >= 0, light[groups.labels], 0.0).T.reshape(3, *shape)
     step = stepper.buffer()
@@ -153,7 +157,7 @@ def test_operators_between_groups_hold_what_walls_send_back(rng):
     for k, label in enumerate(groups.labels):
         if label >= 0:
             expected[label] += rest[:, k]
-    matrix = between_cells(sweep, groups)
+    matrix = cell_pairs(sweep).between(groups, sweep)
     found = np.zeros_like(light)
     np.add.at(found, matrix.rows, np.einsum("eij,ej->ei", matrix.blocks, light[matrix.columns]))
     np.testing.assert_allclose(found, expected, atol=1e-12)
