@@ -23,7 +23,7 @@ def test_reference_with_50_occluders(report):
 
 
 def test_reference_with_1000_walls(report):
-    """256² cells, black walls of 4 to 40 cells all over; the issue allows 30 s on two cores."""
+    """256² cells, black walls of 4 to 40 cells all over; 30 s on two cores at most."""
     scene, analytic = _walls(1000, 256), propagators.create("analytic")
     seconds = {bands: best_seconds(lambda n=bands: analytic.solve(scene, n), 2) for bands in (2, 5)}
     told = ", ".join(f"{n} bands {t:.2f} s" for n, t in seconds.items())
@@ -47,7 +47,7 @@ def _walls(count: int, side: int) -> Scene:
 
 
 def test_reference_of_the_cornell_box(report):
-    """On two cores; the issue allows 120 s."""
+    """On two cores, 120 s at most."""
     room, reference = load_scene("cornell-3d"), propagators.create("analytic")
     direct = propagators.create("analytic", bounces=False)
     seconds = {
