@@ -236,6 +236,13 @@ def test_walls_that_reflect_are_solved(blocking, albedo):
     np.testing.assert_allclose(*fields, rtol=0, atol=1e-7 * np.abs(fields[1]).max())
 
 
+def test_cells_that_nothing_leaves_keep_their_light(rng):
+    stencil = propagators.create("lpv").stencil(CircularHarmonics(2))
+    light = rng.normal(size=(3, 9, 7))
+    found, _ = solved(stencil, (9, 7), light, np.zeros((4, 9, 7)))
+    np.testing.assert_allclose(found, light, rtol=1e-9)
+
+
 def test_large_cluttered_grids_are_solved_by_groups(rng, monkeypatch):
     stencil = propagators.create("dom8").stencil(CircularHarmonics(2))
     light = np.zeros((3, 64, 64))

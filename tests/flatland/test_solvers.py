@@ -115,7 +115,7 @@ def test_multigrid_says_where_it_does_not_converge(rng):
 
 
 @every_shape
-@pytest.mark.parametrize("method", ["auto", "krylov", "factorization", "stepping"])
+@pytest.mark.parametrize("method", ["auto", "aggregation", "krylov", "factorization", "stepping"])
 def test_odd_and_tiny_grids_are_solved(shape, method, rng):
     problem = Problem(stencil_of("lpv", 3), shape, rng, blocked=EVERYWHERE)
     expected = problem.exact()
@@ -169,7 +169,9 @@ def test_applications_of_the_operator_are_counted(method, rng):
     assert report.seconds > 0
 
 
-@pytest.mark.parametrize("method", ["multigrid", "krylov", "stepping", "factorization", "auto"])
+@pytest.mark.parametrize(
+    "method", ["multigrid", "aggregation", "krylov", "stepping", "factorization", "auto"]
+)
 def test_a_tolerance_that_cannot_be_reached_is_an_error(method, rng):
     problem = Problem(stencil_of("lpv", 2), (12, 11), rng)
     right, answer = problem.stepper.buffer(problem.light), problem.stepper.buffer()
