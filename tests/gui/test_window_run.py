@@ -45,7 +45,7 @@ def test_the_copied_command_gives_the_same_numbers(make, tmp_path):
     words = shlex.split(QGuiApplication.clipboard().text())
     assert words[:3] == ["flatland", "run", "fig5-one-light"]
     result = CliRunner().invoke(flatland, [*words[1:], "--json"])
-    printed = json.loads(result.output)
+    printed = json.loads(result.stdout)
     books = {name: float(value) for name, value in window.session.frame.ledger.as_dict().items()}
     for name in ("emitted", "left", "inside"):
         assert printed["ledger"][name] == pytest.approx(books[name], rel=1e-12, abs=1e-15)

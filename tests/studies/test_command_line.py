@@ -87,7 +87,7 @@ def test_scenes_can_be_listed_shown_checked_and_started(tmp_path):
 def test_a_new_scene_may_be_one_in_space(tmp_path):
     path = str(tmp_path / "mine.toml")
     assert CliRunner().invoke(scene_command, ["new", path, "--dimension", "3"]).exit_code == 0
-    assert "16 x 16 x 16 cells" in CliRunner().invoke(scene_command, ["check", path]).output
+    assert "16 x 16 x 16 cells" in CliRunner().invoke(scene_command, ["check", path]).stdout
     other = ["new", str(tmp_path / "other.toml"), "--dimension", "4"]
     with pytest.raises(InputError, match="dimension = 4: .*accepted: 2, 3"):
         CliRunner().invoke(scene_command, other, catch_exceptions=False)
@@ -112,7 +112,7 @@ def test_scenes_with_meshes_are_shown_and_checked_from_anywhere(tmp_path):
     said = f"{bad}, line 5: occluder 1, file = 'bad.stl': has triangles without area: 1 of 1"
     assert process.stderr.startswith(said)
     assert process.stderr.count("\n") == 1
-    shown = CliRunner().invoke(scene_command, ["show", str(good)]).output
+    shown = CliRunner().invoke(scene_command, ["show", str(good)]).stdout
     assert shown.endswith('kind = "mesh"\nfile = "good.off"\n')
 
 

@@ -21,7 +21,7 @@ def output(command, *arguments):
     result = CliRunner().invoke(command, arguments)
     if result.exception is not None:
         raise result.exception
-    return result.output
+    return result.stdout
 
 
 def test_a_run_says_what_stepped_it(monkeypatch, tmp_path):

@@ -23,7 +23,7 @@ DIRECT = [
 def printed(*arguments):
     result = CliRunner().invoke(flatland, [str(each) for each in arguments])
     assert result.exit_code == 0, result.output
-    return result.output
+    return result.stdout
 
 
 def test_there_are_some():

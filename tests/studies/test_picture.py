@@ -136,7 +136,7 @@ def _run(*arguments):
 def test_run_writes_a_picture_and_says_so(tmp_path):
     result = _run("two-walls", "--iterations", 2, "--image", tmp_path / "a.png")
     assert result.exit_code == 0, result.output
-    assert "a.png" in result.output
+    assert "a.png" in result.stdout
     assert (tmp_path / "a.png").read_bytes().startswith(b"\x89PNG")
 
 
@@ -187,10 +187,10 @@ def test_a_black_field_is_wrong_by_one_and_the_exact_field_by_its_bands():
 
 def test_run_prints_the_light_on_surfaces():
     arguments = ("shelf", "--iterations", 4, "--surfaces")
-    text = _run(*arguments).output
+    text = _run(*arguments).stdout
     for word in ("distance", "cosine", "damped", "relative L2"):
         assert word in text
-    rows = json.loads(_run(*arguments, "--json").output)["surfaces"]
+    rows = json.loads(_run(*arguments, "--json").stdout)["surfaces"]
     assert len(rows) == 8
     assert all(row["error"] > 0 for row in rows)
 
