@@ -11,6 +11,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from gui.system_libraries import missing_library, require_display
+
 if TYPE_CHECKING:
     from PySide6.QtWidgets import QApplication
 
@@ -58,7 +60,7 @@ def command(
         _check_picture(screenshot)
         os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
         os.environ.setdefault("QT_LOGGING_RULES", "qt.qpa.*=false")
-    _check_display()
+    require_display()
     application = make_application()
     window = make_window(scene, screenshot is not None, theme)
     try:
@@ -239,16 +241,6 @@ def _check_picture(path: Path) -> None:
         raise bad_input("--screenshot", str(path), "has no known ending", (".png",))
 
 
-def _check_display() -> None:
-    """Without a display Qt would abort; say what to do instead."""
-    from flatland.errors import FlatlandError
-
-    needs = sys.platform.startswith("linux") and "QT_QPA_PLATFORM" not in os.environ
-    if needs and not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
-        message = "there is no display here; --screenshot FILE.png works without one"
-        raise FlatlandError(message)
-
-
 def main(arguments: list[str] | None = None) -> None:
     """Run and leave with 0, 1 (ran and failed) or 2 (bad input)."""
     sys.exit(_run(arguments))
@@ -271,14 +263,6 @@ def _run(arguments: list[str] | None) -> int:
         click.echo(f"flatland-gui: error: {missing_library(error)}", err=True)
         return FAILED
     return code if isinstance(code, int) else 0
-
-
-def missing_library(error: ImportError) -> str:
-    """What to install when Qt does not load."""
-    return (
-        f"Qt cannot be loaded ({error}). On Debian and Ubuntu: apt-get install libegl1 libgl1 "
-        "libxkbcommon0 libdbus-1-3 libfontconfig1 libglib2.0-0"
-    )
 
 
 if __name__ == "__main__":

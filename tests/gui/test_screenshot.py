@@ -9,6 +9,8 @@ import sys
 import pytest
 from PySide6.QtGui import QImage
 
+from flatland.errors import FlatlandError
+from gui import system_libraries
 from gui.application import _run
 
 
@@ -35,6 +37,20 @@ def test_a_window_without_a_display_says_what_works():
     process = run_gui("shelf")
     assert process.returncode == 1
     assert "--screenshot" in process.stderr
+
+
+def test_a_library_that_is_missing_for_windows_is_named(monkeypatch, tmp_path):
+    """As a fresh Debian without libxcb-cursor0: Qt's plugin does not load, and Qt would abort."""
+    plugin = tmp_path / "libqxcb.so"
+    plugin.write_text("no library")
+    assert system_libraries.missing_for(tmp_path / "none") == ""
+    monkeypatch.setattr(system_libraries, "_x11_plugin", lambda: plugin)
+    monkeypatch.setattr("sys.platform", "linux")
+    monkeypatch.delenv("QT_QPA_PLATFORM", raising=False)
+    monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
+    monkeypatch.setenv("DISPLAY", ":1")
+    with pytest.raises(FlatlandError, match=r"libqxcb\.so.*apt-get install libxcb-cursor0"):
+        system_libraries.require_display()
 
 
 @pytest.mark.parametrize(
