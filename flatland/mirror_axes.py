@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
+from functools import cached_property
 
 from flatland.folding import wall_axes
 from flatland.kernels import Layout
@@ -52,10 +53,14 @@ class MirrorAxes:
     def _worthy(self) -> tuple[int, ...]:
         """Axes along which it would pay."""
         alone = self.stencil.clamp or self._occlusion.reflections or self._scatters
-        work = written_operations(self.stencil) * math.prod(self.shape)
-        if not self._possible or work < (WORTH_FOLDING_ALONE if alone else WORTH_FOLDING):
+        if not self._possible or self._work < (WORTH_FOLDING_ALONE if alone else WORTH_FOLDING):
             return ()
         return tuple(axis for axis, cells in enumerate(self.shape) if self._shortens(axis, cells))
+
+    @cached_property
+    def _work(self) -> int:
+        """Operations of a step."""
+        return written_operations(self.stencil) * math.prod(self.shape)
 
     def _shortens(self, axis: int, cells: int) -> bool:
         """Whether half of an axis is less work: rows are swept in whole vectors."""

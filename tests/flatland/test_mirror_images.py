@@ -6,7 +6,7 @@ from images import images_of, lights, scene_of, walls
 from schemes import every_scheme
 
 import propagators
-from flatland import Scene, Simulation, mirror_axes
+from flatland import Scene, Simulation, load_scene, mirror_axes
 from flatland.cascades import Cascade
 from flatland.snapshots import capture, restore
 
@@ -332,6 +332,20 @@ class TestAnyOrder:
             simulation.run(5)
         assert folded(half, 1)
         assert_agree(half, whole)
+
+
+def test_small_grids_lose_no_time_looking_for_images(monkeypatch):
+    """Counting a scheme's operations takes as long as three runs of four steps on 17² cells."""
+    counted = []
+    count = mirror_axes.written_operations
+    monkeypatch.setattr(
+        mirror_axes, "written_operations", lambda stencil: counted.append(1) or count(stencil)
+    )
+    simulation = Simulation(load_scene("fig5-one-light"), propagators.create("dom8"), bands=4)
+    for _ in range(3):
+        simulation.start()
+        simulation.run(4)
+    assert len(counted) == 1
 
 
 def test_cascades(any_size, monkeypatch):
