@@ -194,7 +194,7 @@ def _bytes_of(module: Any) -> str:
 
 
 def pack(folder: Path) -> list[Path]:
-    """Pack the stored data of all figures that are not computed here into docs/gallery."""
+    """Pack what is stored of figures that are not computed here into docs/gallery."""
     from studies.figures import FIGURES
 
     written = []
@@ -203,9 +203,10 @@ def pack(folder: Path) -> list[Path]:
             continue
         for part in importlib.import_module(module).PARTS:
             target = PACKED / f"{name}-{part}.nc.xz"
-            data = (folder / f"{name}-{part}.nc").read_bytes()
-            target.write_bytes(lzma.compress(data, preset=9))
-            written.append(target)
+            stored = folder / f"{name}-{part}.nc"
+            if stored.exists():
+                target.write_bytes(lzma.compress(stored.read_bytes(), preset=9))
+                written.append(target)
     return written
 
 

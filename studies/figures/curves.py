@@ -10,7 +10,13 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.ticker import FixedLocator, FormatStrFormatter, NullFormatter, NullLocator
+from matplotlib.ticker import (
+    FixedLocator,
+    FormatStrFormatter,
+    LogLocator,
+    NullFormatter,
+    NullLocator,
+)
 
 from studies.style import COLUMN, curve_style
 
@@ -70,6 +76,14 @@ def plain_log(axes: Axes, ticks: Sequence[float], which: str = "y") -> None:
     axis.set_major_locator(FixedLocator(list(ticks)))
     axis.set_major_formatter(FormatStrFormatter("%g"))
     axis.set_minor_formatter(NullFormatter())
+
+
+def log_seconds(axes: Axes) -> None:
+    """A logarithmic axis of run times, 1 and 3 of each power of ten written as plain numbers."""
+    axes.set_xscale("log")
+    axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 3.0), numticks=20))
+    axes.xaxis.set_major_formatter(FormatStrFormatter("%g"))
+    axes.xaxis.set_minor_formatter(NullFormatter())
 
 
 def present(rows: xr.Dataset, column: str) -> list[Any]:

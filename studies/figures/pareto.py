@@ -16,7 +16,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from numpy.typing import ArrayLike, NDArray
 
-from studies.figures.curves import legend_above, plain_log, present
+from studies.figures.curves import legend_above, log_seconds, plain_log, present
 from studies.figures.workshop import Workshop, good_rows
 from studies.style import COLUMN, Style, line_of
 
@@ -99,7 +99,7 @@ def _draw(axes: Axes, rows: xr.Dataset) -> None:
         _point(axes, rows.isel(row=place))
     own = rows.isel(row=rows["front"].values).sortby("seconds")
     axes.step(own["seconds"], own["angular"], "k-", where="post", linewidth=0.6, zorder=1)
-    axes.set_xscale("log")
+    log_seconds(axes)
     plain_log(axes, [0.2, 0.3, 0.5, 0.7, 1.0, 1.5], "y")
 
 

@@ -17,7 +17,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
-from studies.figures.curves import legend_above, plain_log, present
+from studies.figures.curves import legend_above, log_seconds, plain_log, present
 from studies.figures.pareto import best_per_decade, front, timed_rows, with_front
 from studies.figures.workshop import Workshop
 from studies.style import COLUMN, Style, line_of
@@ -60,7 +60,7 @@ def _figure(rows: xr.Dataset, names: list[str]) -> Figure:
     plain_log(below, _TICKS, "y")
     below.set_ylim(0.7 * LEAST, None)
     below.set_ylabel(f"error of the coefficients, {BANDS} bands")
-    below.set_xscale("log")
+    log_seconds(below)
     below.set_xlabel("seconds")
     above.set_title(str(rows["scene"].values[0]))
     legend_above(figure, _entries(names), 4)
