@@ -38,7 +38,8 @@ class FoldedLight:
         self._device = device
         #: What is stepped; no axes: the whole grid.
         self.fold = self._whole = Fold(layout.shape, stencil.basis, ())
-        self._held: dict[Fold, list[LightState]] = {}
+        #: By the axes that are folded.
+        self._held: dict[tuple[int, ...], list[LightState]] = {}
         self._settled = False
         here = device is PROCESSOR
         self._mirrors = MirrorAxes(stencil, layout, here and skip and not drop, scatters)
@@ -47,9 +48,9 @@ class FoldedLight:
     def states(self) -> list[LightState]:
         """The light of each spectrum, as far as it is stepped."""
         fold = self.fold
-        if fold not in self._held:
-            self._held[fold] = [self._dark(fold, scale) for scale in self._scales]
-        return self._held[fold]
+        if fold.axes not in self._held:
+            self._held[fold.axes] = [self._dark(fold, scale) for scale in self._scales]
+        return self._held[fold.axes]
 
     def _dark(self, fold: Fold, scale: float) -> LightState:
         if not fold.axes:

@@ -96,7 +96,7 @@ class Bookkeeper:
 
         unit: flux of one unit of coefficient 0. blocked: False for steps that nothing stops.
         """
-        sources = np.vstack([before, sums.components[:-1]])
+        sources = np.concatenate([before[None], sums.components[:-1]])
         self._book(ledger, sources, sums, unit, blocked)
         ledger.inside = np.asarray(sums.components[-1, 0] * unit)
 

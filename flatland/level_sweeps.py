@@ -26,23 +26,24 @@ class LevelSweeps:
         self, make: Make, layout: Layout, occlusion: Occlusion, sums: tuple[int, ...]
     ) -> None:
         self._make, self._layout, self._occlusion, self._sums = make, layout, occlusion, sums
-        self._usual: dict[Fold, tuple[AnySweep, ...]] = {}
-        self._free: dict[Fold, AnySweep] = {}
+        #: By the axes that are folded.
+        self._usual: dict[tuple[int, ...], tuple[AnySweep, ...]] = {}
+        self._free: dict[tuple[int, ...], AnySweep] = {}
 
     def usual(self, fold: Fold, spectra: int) -> list[AnySweep]:
         """The sweep of each spectrum; where all walls are alike, one for all."""
-        if fold not in self._usual:
+        if fold.axes not in self._usual:
             occlusion = fold.occlusion(self._occlusion)
             sweep = self._make(fold.layout(self._layout), occlusion.transmittance, self._sums)
             parts = occlusion.reflections or (None,)
-            self._usual[fold] = tuple(sweep.reflecting(part) for part in parts)
-        sweeps = self._usual[fold]
+            self._usual[fold.axes] = tuple(sweep.reflecting(part) for part in parts)
+        sweeps = self._usual[fold.axes]
         return list(sweeps) if len(sweeps) > 1 else list(sweeps) * spectra
 
     def free(self, fold: Fold) -> AnySweep | None:
         """For a first step that is not blocked; None if it is like all others."""
         if not self._occlusion.free_first_step:
             return None
-        if fold not in self._free:
-            self._free[fold] = self._make(fold.layout(self._layout), None, self._sums)
-        return self._free[fold]
+        if fold.axes not in self._free:
+            self._free[fold.axes] = self._make(fold.layout(self._layout), None, self._sums)
+        return self._free[fold.axes]
