@@ -58,8 +58,9 @@ def group(places: Integers, links: Links) -> Groups:
     sums = [np.bincount(ends, links.sizes, count) for ends in (links.rows, links.columns)]
     kept = np.maximum(*sums) >= _ALONE * links.own
     blocks = places // 2
-    joined = (links.sizes > _STRONG * least) & kept[links.rows] & kept[links.columns]
-    joined &= (blocks[links.rows] == blocks[links.columns]).all(axis=1)
+    number = np.ravel_multi_index(tuple(blocks.T), tuple(1 + blocks.max(axis=0, initial=0)))
+    joined = number[links.rows] == number[links.columns]
+    joined &= (links.sizes > _STRONG * least) & kept[links.rows] & kept[links.columns]
     rows, columns = links.rows[joined], links.columns[joined]
     graph = coo_array((np.ones(rows.size, bool), (rows, columns)), shape=(count, count))
     parts = connected_components(graph, directed=False)[1]
