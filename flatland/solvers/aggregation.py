@@ -61,6 +61,12 @@ class Aggregation:
         #: Applications of the finest operator.
         self.applications = 0
 
+    @property
+    def bytes(self) -> int:
+        """Memory that is kept."""
+        below = 0 if self.below is None else self.below.bytes
+        return int(self.finest.bytes + self.labels.nbytes + below)
+
     def precondition(self, right: NDArray[np.float64], answer: NDArray[np.float64]) -> None:
         """Write an approximate solution of (1 − A) x = right into `answer`."""
         finest = self.finest

@@ -3,7 +3,7 @@
 first: (n + 1,), where the blocks of a row begin. columns: (E,). blocks: (E, size, size) and
 inverse: (n, size, size), of the diagonal, both turned, so that a column is added at a time. unit: a
 tuple of `size` numbers: its length is known when a kernel is compiled, so that loops over it are
-written out, which is five times faster.
+written out: 2.4 times as fast for blocks of 3 x 3, 1.3 times for 9 x 9.
 """
 
 from __future__ import annotations

@@ -34,6 +34,9 @@ class Coarse(Protocol):
     right: Vector
     answer: Vector
 
+    @property
+    def bytes(self) -> int: ...
+
     def solve(self) -> None: ...
 
 
@@ -59,6 +62,10 @@ class _Inverse:
         inverse = np.linalg.inv(dense.reshape(count * size, count * size))
         self.inverse = inverse.astype(np.float32)
         self.right, self.answer = (np.zeros((count, size), np.float32) for _ in range(2))
+
+    @property
+    def bytes(self) -> int:
+        return int(self.inverse.nbytes + 2 * self.right.nbytes)
 
     def solve(self) -> None:
         self.answer[...] = (self.inverse @ self.right.ravel()).reshape(self.answer.shape)
@@ -86,6 +93,12 @@ class BlockLevel:
         self._other = np.zeros((count, size), np.float32)
         self._unit = (0,) * size
         self._parties = thread_count() if self.blocks.size > _WORTH_SHARING else 1
+
+    @property
+    def bytes(self) -> int:
+        """Memory of this level and all below."""
+        own = self.blocks.nbytes + self.inverse.nbytes + self.columns.nbytes + 7 * self.right.nbytes
+        return int(own + (0 if self.below is None else self.below.bytes))
 
     def solve(self) -> None:
         """Two steps, or one if it is enough. The right-hand side is used up."""

@@ -12,15 +12,12 @@ from numba import njit
 from numpy.typing import NDArray
 
 from flatland.solvers.bicgstab import Operator, Outcome
-from flatland.solvers.vectors import dot
+from flatland.solvers.vectors import BLOCK, FAST, dot, dots
 
 Vector = NDArray[np.float64]
 
 #: A vector that loses more than this share of its length by orthogonalisation is treated twice.
 _LOSS = 0.7
-#: Numbers that are worked on at a time.
-_BLOCK = 2048
-_FAST = {"reassoc", "contract", "nsz"}
 
 
 def flexible_gmres(
@@ -107,7 +104,7 @@ class _Space:
     def _orthogonalise(self, image: Vector, column: Vector) -> float:
         """Take the components along the basis out of an image, add them to column; its length."""
         parts = np.zeros(self.count + 1)
-        _dots(self.basis, parts, image)
+        dots(self.basis, parts, image)
         column[: parts.size] += parts
         return float(np.sqrt(_subtract_all(self.basis, parts, image)))
 
@@ -119,27 +116,14 @@ class _Space:
             _subtract(answer, -weight, direction)
 
 
-@njit(cache=True, fastmath=_FAST)
-def _dots(basis, parts, image):  # type: ignore[no-untyped-def]
-    """parts[i] = v_i · image, in blocks of the image that stay in the cache."""
-    for start in range(0, image.size, _BLOCK):
-        piece = image[start : start + _BLOCK]
-        for i in range(parts.size):
-            row = basis[i, start : start + _BLOCK]
-            total = 0.0
-            for j in range(piece.size):
-                total += row[j] * piece[j]
-            parts[i] += total
-
-
-@njit(cache=True, fastmath=_FAST)
+@njit(cache=True, fastmath=FAST)
 def _subtract_all(basis, parts, image):  # type: ignore[no-untyped-def]
     """image −= Σ parts[i] v_i; returns image · image."""
     squares = 0.0
-    for start in range(0, image.size, _BLOCK):
-        piece = image[start : start + _BLOCK]
+    for start in range(0, image.size, BLOCK):
+        piece = image[start : start + BLOCK]
         for i in range(parts.size):
-            row = basis[i, start : start + _BLOCK]
+            row = basis[i, start : start + BLOCK]
             part = parts[i]
             for j in range(piece.size):
                 piece[j] -= part * row[j]
@@ -148,7 +132,7 @@ def _subtract_all(basis, parts, image):  # type: ignore[no-untyped-def]
     return squares
 
 
-@njit(cache=True, fastmath=_FAST)
+@njit(cache=True, fastmath=FAST)
 def _subtract(target, factor, vector):  # type: ignore[no-untyped-def]
     for i in range(target.size):
         target[i] -= factor * vector[i]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import threading
 from collections import OrderedDict
 from collections.abc import Callable
+from typing import Protocol, TypeVar
 
 import numpy as np
 
@@ -27,13 +28,21 @@ _AGGREGATION_ITERATIONS = 60
 _LEAST_GAIN = 0.7
 _STEPPING_SWEEPS = 20_000
 _STEPPING_BATCH = 16
-#: Memory for what is kept of operators that transforms have solved.
+#: Memory for what is kept of operators, by each of the methods that set something up.
 _KEPT_BYTES = 2**30
-_reduced: OrderedDict[tuple[object, ...], Reduced] = OrderedDict()
-#: Hierarchies that are kept, of each kind.
-_KEPT_CYCLES = 4
-_cycles: OrderedDict[tuple[object, ...], Multigrid] = OrderedDict()
-_groups: OrderedDict[tuple[object, ...], Aggregation] = OrderedDict()
+
+
+class _Sized(Protocol):
+    @property
+    def bytes(self) -> int:
+        """Memory that is kept."""
+
+
+Key = tuple[object, ...]
+Kept = TypeVar("Kept", bound=_Sized)
+_reduced: OrderedDict[Key, Reduced] = OrderedDict()
+_cycles: OrderedDict[Key, Multigrid] = OrderedDict()
+_groups: OrderedDict[Key, Aggregation] = OrderedDict()
 
 
 def prepare(problem: Problem, method: str) -> None:
@@ -159,35 +168,31 @@ def _copy(source: Buffer, target: Buffer) -> None:
 def _cycles_for(sweep: Sweep) -> Multigrid:
     """The multigrid hierarchy of a stencil on a grid; walls are not in it, so all colours share it.
 
-    The last few are kept, apart for each thread, since they hold the fields they work on.
+    Apart for each thread, since it holds the fields it works on.
     """
     key = (threading.get_ident(), *factorization_key(sweep.stencil, sweep.layout.shape, None))
-    if key not in _cycles:
-        _cycles[key] = Multigrid(sweep.stencil, sweep.layout.shape)
-    _cycles.move_to_end(key)
-    if len(_cycles) > _KEPT_CYCLES:
-        _cycles.popitem(last=False)
-    return _cycles[key]
+    return _kept(_cycles, key, lambda: Multigrid(sweep.stencil, sweep.layout.shape))
 
 
 def _groups_for(sweep: Sweep) -> Aggregation:
-    """The groups of cells of an operator; the last few are kept, apart for each thread."""
-    operator = sweep.stencil, sweep.layout.shape, sweep.open_share, sweep.reflection
-    key = (threading.get_ident(), *factorization_key(*operator))
-    if key not in _groups:
-        _groups[key] = Aggregation(sweep)
-    _groups.move_to_end(key)
-    if len(_groups) > _KEPT_CYCLES:
-        _groups.popitem(last=False)
-    return _groups[key]
+    """The groups of cells of an operator, apart for each thread."""
+    return _kept(_groups, (threading.get_ident(), *_key(sweep)), lambda: Aggregation(sweep))
 
 
 def _reduced_for(sweep: Sweep) -> Reduced:
-    """What transforms need of an operator; the last few are kept, for other lights."""
-    key = factorization_key(sweep.stencil, sweep.layout.shape, sweep.open_share, sweep.reflection)
-    if key not in _reduced:
-        _reduced[key] = Reduced(sweep)
-    _reduced.move_to_end(key)
-    while len(_reduced) > 1 and sum(each.bytes for each in _reduced.values()) > _KEPT_BYTES:
-        _reduced.popitem(last=False)
-    return _reduced[key]
+    """What transforms need of an operator."""
+    return _kept(_reduced, _key(sweep), lambda: Reduced(sweep))
+
+
+def _key(sweep: Sweep) -> Key:
+    return factorization_key(sweep.stencil, sweep.layout.shape, sweep.open_share, sweep.reflection)
+
+
+def _kept(store: OrderedDict[Key, Kept], key: Key, make: Callable[[], Kept]) -> Kept:
+    """What is kept for other lights, or made; the oldest go when all take too much memory."""
+    if key not in store:
+        store[key] = make()
+    store.move_to_end(key)
+    while len(store) > 1 and sum(each.bytes for each in store.values()) > _KEPT_BYTES:
+        store.popitem(last=False)
+    return store[key]

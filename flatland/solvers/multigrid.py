@@ -86,6 +86,11 @@ class Multigrid:
         #: Applications of the finest operator.
         self.applications = 0
 
+    @property
+    def bytes(self) -> int:
+        """Memory that is kept."""
+        return sum(level.bytes for level in self.levels)
+
     def _unknowns(self) -> int:
         layout = self.levels[-1].layout
         return layout.components * layout.rows * layout.width

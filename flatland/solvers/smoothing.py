@@ -20,6 +20,11 @@ class SweptLevel:
         self._at = {name: address(getattr(self, name)) for name in ("right", "answer", "scratch")}
         self._by_address = not sweep.by_matrices and sweep.reflection is None
 
+    @property
+    def bytes(self) -> int:
+        """Memory of the fields."""
+        return 3 * self.layout.size * self.layout.dtype.itemsize
+
     def smooth(self, count: int) -> None:
         """Sweeps on the answer."""
         for _ in range(count):

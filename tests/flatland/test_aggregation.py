@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from schemes import every_scheme
 from scipy.sparse import csr_array, eye_array
-from scipy.sparse.linalg import spsolve
+from solving import direct_answer, solved
 from stepping import Stepper, operator
 
 import propagators
@@ -14,13 +14,12 @@ from flatland.harmonics import CircularHarmonics, basis_for
 from flatland.kernels import Reflection
 from flatland.scene import Scene, load_scene
 from flatland.simulation import Simulation
-from flatland.solvers import aggregation, block_level, choice, methods, solve_converged
+from flatland.solvers import aggregation, block_level, choice, methods
 from flatland.solvers.aggregates import Links, cell_pairs, group
 from flatland.solvers.aggregation import Aggregation
 from flatland.solvers.gcr import KEPT, gcr
 
 SHAPES = {2: (17, 12), 3: (7, 6, 5)}
-TOLERANCE = 1e-9
 
 
 @pytest.fixture(autouse=True)
@@ -35,13 +34,6 @@ def walls(stencil, shape, rng, share=0.3):
     links = (len(stencil.offsets), *shape)
     partly = np.where(rng.random(links) < 0.5, 0.0, rng.random(links))
     return np.where(rng.random(links) < share, partly, 1.0)
-
-
-def solved(stencil, shape, light, tau, method="aggregation", tolerance=TOLERANCE):
-    stepper = Stepper(stencil, shape, tau)
-    right, answer = stepper.buffer(light), stepper.buffer()
-    report = solve_converged(stepper.sweep, right, answer, tolerance, method)
-    return stepper.layout.view(answer).copy(), report
 
 
 def links_of(sweep):
@@ -60,9 +52,8 @@ def test_every_stable_scheme_is_solved_among_walls(propagator, dimension, rng):
     shape = SHAPES[dimension]
     tau = walls(stencil, shape, rng)
     light = rng.normal(size=(stencil.basis.size, *shape))
-    found, report = solved(stencil, shape, light, tau)
-    matrix = eye_array(light.size) - operator(stencil, shape, tau)
-    expected = spsolve(matrix.tocsc(), light.ravel()).reshape(light.shape)
+    found, report = solved(stencil, shape, light, tau, "aggregation")
+    expected = direct_answer(stencil, light, tau)
     assert report.method == "aggregation"
     np.testing.assert_allclose(found, expected, rtol=0, atol=1e-6 * np.abs(expected).max())
 
@@ -166,10 +157,6 @@ def test_operators_between_groups_hold_what_walls_send_back(rng):
 # -- cycles ----------------------------------------------------------------------------------------
 
 
-def cycles_for(stencil, shape, tau):
-    return Aggregation(Stepper(stencil, shape, tau).sweep)
-
-
 @pytest.mark.parametrize("name", ["lpv", "dom4", "dom8"])
 def test_a_cycle_leaves_little_of_smooth_light_in_rooms(name):
     """Even light in every room of a grid of rooms: the slowest there is for steps."""
@@ -239,7 +226,7 @@ def test_walls_that_reflect_are_solved(blocking, albedo):
 def test_cells_that_nothing_leaves_keep_their_light(rng):
     stencil = propagators.create("lpv").stencil(CircularHarmonics(2))
     light = rng.normal(size=(3, 9, 7))
-    found, _ = solved(stencil, (9, 7), light, np.zeros((4, 9, 7)))
+    found, _ = solved(stencil, (9, 7), light, np.zeros((4, 9, 7)), "aggregation")
     np.testing.assert_allclose(found, light, rtol=1e-9)
 
 
@@ -252,6 +239,20 @@ def test_large_cluttered_grids_are_solved_by_groups(rng, monkeypatch):
     assert solved(stencil, (64, 64), light, tau, "auto")[1].method == "aggregation"
     monkeypatch.setattr(choice, "available_memory", lambda: 10**5)
     assert solved(stencil, (64, 64), light, tau, "auto")[1].method == "krylov"
+
+
+def test_groups_are_kept_while_they_fit(rng, monkeypatch):
+    """One for each of two sets of walls; with no memory for them, the last alone."""
+    stencil = propagators.create("lpv").stencil(CircularHarmonics(2))
+    light = rng.normal(size=(3, 16, 16))
+    for most, kept in ((2**30, 2), (1000, 1)):
+        monkeypatch.setattr(methods, "_groups", OrderedDict())
+        monkeypatch.setattr(methods, "_KEPT_BYTES", most)
+        for share in (0.1, 0.2):
+            solved(stencil, (16, 16), light, walls(stencil, (16, 16), rng, share), "aggregation")
+        assert len(methods._groups) == kept
+    (last,) = methods._groups.values()
+    assert last.bytes > 3 * last.finest.right.nbytes
 
 
 # -- GCR -------------------------------------------------------------------------------------------

@@ -14,8 +14,8 @@ from propagators import StencilPropagator
 #: Rounding of some dozen steps in float64, relative to the largest coefficient.
 ROUNDING = 1e-12
 #: What differs where light between walls is iterated to residuals of 1e-10: the last round may
-#: fall on either side of the goal.
-SETTLED = 1e-9
+#: fall on either side of the goal. Schemes that go on to 1e-13 and less are held to rounding.
+SETTLED, TO_ROUNDING = 1e-9, ("analytic", "beam", "lattice-boltzmann")
 
 SIDES = {2: st.integers(1, 12), 3: st.integers(1, 5)}
 #: Bands that are tried; in space more of them take long to compile.
@@ -104,7 +104,8 @@ def test_any_scene_with_walls_has_a_finite_linear_direct_answer(scheme, draw):
     values = propagator.solve(Scene.from_dict(data), bands).values
     assert np.all(np.isfinite(values))
     third = propagator.solve(Scene.from_dict(dimmed(data, 1 / 3)), bands).values
-    tolerance = SETTLED * np.abs(values).max()
+    share = ROUNDING if scheme.name in TO_ROUNDING else SETTLED
+    tolerance = share * np.abs(values).max()
     np.testing.assert_allclose(3 * third, values, rtol=0, atol=tolerance)
 
 
