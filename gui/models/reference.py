@@ -105,11 +105,14 @@ class Reference:
     def drop_outdated(self) -> None:
         """Forget what belongs to another scene or to other bands, and stop computing it."""
         wanted = self._wanted_key()
-        if self._asked is not None and _key_of(self._asked) != wanted:
+        outdated = self._asked is not None and _key_of(self._asked) != wanted
+        if outdated:
             self._cancel()
-        if self._key != wanted:
+        if self._key is not None and self._key != wanted:
             self.field, self._key = None, None
-        self.session.references_changed.emit()
+            outdated = True
+        if outdated:
+            self.session.references_changed.emit()
 
     def renew(self) -> None:
         """For a new run: measure against what is known, or compute what is wanted."""

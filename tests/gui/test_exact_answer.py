@@ -105,6 +105,14 @@ def test_other_bands_need_another_answer(session, reference):
     assert session.exact is None
 
 
+def test_edits_without_an_exact_answer_tell_nobody(session):
+    told = []
+    session.references_changed.connect(lambda: told.append(1))
+    other_bands(session)
+    other_method(session)
+    assert not told
+
+
 def test_another_method_goes_on_with_the_same_answer(session, reference):
     reference.compute()
     other_method(session)
