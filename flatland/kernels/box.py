@@ -27,7 +27,7 @@ def nothing(shape: Sequence[object]) -> Box:
 
 
 def is_empty(box: Box) -> bool:
-    # Asked many times a run: a generator takes three times as long.
+    # Asked many times a run: a generator takes 2.7 times as long.
     for first, last in box:  # noqa: SIM110
         if first >= last:
             return True
